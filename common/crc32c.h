@@ -1,0 +1,14 @@
+/// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected), as in iSCSI (RFC 3720). "123456789" gives 0xE3069283.
+#pragma once
+#include <stddef.h>
+#include <stdint.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// CRC of `n_bytes` at `bytes`. Bounded: one table look-up a byte, no heap.
+uint32_t pal_crc32c(const void* bytes, size_t n_bytes);
+
+#ifdef __cplusplus
+}
+#endif

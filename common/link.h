@@ -1,0 +1,69 @@
+/// The shared segment in which host and loop meet: a header that is checked on attach, one line of words that each
+/// side owns, the table ring and the state ring. No I/O here: the caller maps the memory.
+#pragma once
+#include <stdalign.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/err.h"
+#include "common/state_ring.h"
+#include "common/table_ring.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    PAL_LINK_MAGIC = 0x4B4E494C,   // "LINK"
+    PAL_LINK_ENDIAN = 0x01020304,
+    PAL_LINK_ABI = 1
+};
+
+/// Written once by the creator (magic last), read once by whoever attaches.
+typedef struct pal_link_header {
+    alignas(64) uint32_t magic;
+    uint32_t endian, abi, n_bytes;
+    uint32_t table_bytes, tick_bytes, n_slots, n_ticks;
+    uint32_t nonce;  ///< differs from run to run
+    uint32_t reserved[7];
+} pal_link_header;
+
+/// Words the host writes and the loop reads.
+typedef struct pal_link_host {
+    alignas(64) uint32_t pid;
+    uint32_t heartbeat;   ///< changes at least every 100 ms while the host lives
+    uint32_t enable;      ///< forces on; 0 pauses
+    uint32_t estop;       ///< any value but 0 latches the stop
+    uint32_t stop;        ///< the loop shall end in an orderly way
+    uint32_t reserved[11];
+} pal_link_host;
+
+/// Words the loop writes and the host reads.
+typedef struct pal_link_loop {
+    alignas(64) uint32_t pid;
+    uint32_t heartbeat;   ///< the tick
+    uint32_t ended;       ///< 1 after the loop sent its last zero force
+    uint32_t end_reason;  ///< the PAL_FAULT_* bit that ended it; 0: it was asked to
+    uint32_t n_bad_tables;
+    uint32_t reserved[11];
+} pal_link_loop;
+
+typedef struct pal_link {
+    pal_link_header header;
+    pal_link_host host;
+    pal_link_loop loop;
+    pal_table_ring tables;
+    pal_state_ring ticks;
+} pal_link;
+
+/// Prepares `n_bytes` >= sizeof(pal_link) of memory. Afterwards pal_link_check passes.
+void pal_link_init(pal_link* link, uint32_t nonce);
+/// Whether `n_bytes` at `link` are a segment of this layout.
+pal_err pal_link_check(const pal_link* link, size_t n_bytes);
+/// Words that cross the processes: acquire load, release store.
+uint32_t pal_link_load(const uint32_t* word);
+void pal_link_store(uint32_t* word, uint32_t value);
+
+#ifdef __cplusplus
+}
+#endif

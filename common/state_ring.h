@@ -1,0 +1,38 @@
+/// Tick records from the loop to any number of readers in shared memory. The writer never waits: a reader that falls
+/// behind loses the oldest records and is told how many.
+#pragma once
+#include <stdalign.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/tick.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { PAL_STATE_RING_TICKS = 4096 };  ///< a power of two: four seconds
+
+typedef struct pal_state_ring {
+    alignas(64) uint32_t begun;  ///< records whose writing has begun, modulo 2^32
+    alignas(64) uint32_t done;   ///< records that are complete, modulo 2^32
+    alignas(64) pal_tick tick[PAL_STATE_RING_TICKS];
+} pal_state_ring;
+
+/// One reader's place. Zero-initialised it starts at the first record of the ring's life.
+typedef struct pal_state_reader {
+    uint32_t next;
+    uint32_t n_dropped;  ///< records lost because this reader was slow
+} pal_state_reader;
+
+void pal_state_ring_init(pal_state_ring* ring);
+/// Writer, one only: wait-free, about 60 ns.
+void pal_state_ring_push(pal_state_ring* ring, const pal_tick* tick);
+/// Copies the next record; false when there is none. No data race in the C11 model: words are copied with relaxed
+/// atomics and the copy is dropped (and counted) if the writer came round meanwhile.
+bool pal_state_ring_read(const pal_state_ring* ring, pal_state_reader* reader, pal_tick* tick);
+/// Records that `reader` has not read yet.
+uint32_t pal_state_ring_waiting(const pal_state_ring* ring, const pal_state_reader* reader);
+
+#ifdef __cplusplus
+}
+#endif

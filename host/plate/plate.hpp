@@ -1,0 +1,63 @@
+/// Thin plates and shallow shells of varying rigidity: how far a point gives way under a load. Needs Eigen only.
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::plate {
+
+/// A rectangular plate on a grid. Arrays are (ix, iz), corner to corner, edge nodes included.
+struct Problem {
+    Eigen::Vector2d size_m{0.04, 0.04};
+    Eigen::ArrayXXd rigidity_n_m;          ///< flexural rigidity D at the nodes, > 0; at least 5 x 5
+    Eigen::ArrayXXd foundation_n_per_m3;   ///< restoring pressure per deflection at the nodes, >= 0; empty: none
+    double poisson = 0.2;                  ///< in (-1, 0.5)
+};
+
+/// The first thing wrong with `problem`, in words for a person; nullopt when it can be solved.
+[[nodiscard]] std::optional<std::string> problem_with(const Problem& problem);
+
+/// A number that no guard can vouch for.
+struct Guard : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Clamped plate, energy form K = B'CB (PLATE: 13-point pattern, symmetric positive definite for every D > 0), sparse
+/// Cholesky. One factor, many questions. The sparsity analysis is kept between plates of one grid size.
+class Plate {
+public:
+    /// Throws std::invalid_argument with problem_with(problem), Guard when the factor cannot be trusted.
+    explicit Plate(const Problem& problem);
+    ~Plate();
+    Plate(Plate&&) noexcept;
+    /// Deflection in m at the centre node under 1 N there. The node counts must be odd. Second-order in the spacing with
+    /// a logarithm (h^2 ln 1/h).
+    [[nodiscard]] double centre_compliance_m_per_n() const;
+    /// Deflection at the nodes, (ix, iz), under 1 N at a node.
+    [[nodiscard]] Eigen::ArrayXXd deflection_m(Eigen::Index ix, Eigen::Index iz) const;
+    /// Stiffness matrix on the interior nodes, x slowest; for tests and references.
+    [[nodiscard]] Eigen::MatrixXd dense_stiffness_n_per_m() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Uniform clamped square plate of side 1, D = 1, point load at its centre, on a foundation with a/l = `side_over_l`
+/// (l = (D/k_f)^(1/4)): continuum centre deflection. 0.005612024 without a foundation, 1/(8 (a/l)^2) for a/l large.
+/// Relative error below 1e-5.
+[[nodiscard]] double uniform_square_compliance(double side_over_l);
+
+struct Compliance {
+    double m_per_n;
+    double relative_error;  ///< estimated, about the continuum
+};
+
+/// Centre compliance extrapolated to the continuum from two grids, the finer `fine` and the coarser made of its every
+/// second node: c* = [4 (c_fine - delta_fine/D0) - (c_coarse - delta_coarse/D0)]/3, delta the uniform plate's own grid
+/// error at the local l (MATH.md; sides may differ from square only by the grid's proportion). Node counts 4 m + 1.
+[[nodiscard]] Compliance extrapolated_centre_compliance(const Problem& fine);
+
+}  // namespace palpate::plate

@@ -1,0 +1,89 @@
+/// The record of a run: every tick, every table, and what is needed to read them years later. Layout: docs/PROTOCOL.md 5.
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "common/table.h"
+#include "common/tick.h"
+
+namespace palpate::record {
+
+struct Error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A published table's used bytes.
+using TableBytes = std::vector<std::byte>;
+[[nodiscard]] TableBytes table_bytes(const pal_table& table);
+
+struct Record {
+    nlohmann::json header;  ///< schema palpate.record/1, resolved scene, clocks, geometry, build
+    std::vector<pal_tick> ticks;
+    std::map<std::uint64_t, TableBytes> tables;  ///< by id
+};
+
+/// Written aside and renamed when complete; an exception leaves no file.
+void write(const std::filesystem::path& file, const Record& record);
+/// Throws Error with what is wrong and where; never trusts a size that the file cannot hold.
+[[nodiscard]] Record read(const std::filesystem::path& file);
+/// The full table again from its used bytes; throws Error when pal_table_check's header part refuses it.
+[[nodiscard]] std::unique_ptr<pal_table> table_from(std::span<const std::byte> bytes);
+
+/// Running XXH64 digests of a virtual run.
+class Digest {
+public:
+    Digest();
+    ~Digest();
+    void tick(const pal_tick& tick);     ///< io: counts, motor words, buttons, homed; state: every field but clocks
+    void table(const pal_table& table);  ///< state: its used bytes
+    [[nodiscard]] std::string io() const;     ///< 16 hex digits
+    [[nodiscard]] std::string state() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// One column of ticks.csv: the one table from which the CSV, ticks.json and the numpy dtype are made.
+struct Column {
+    const char* name;
+    const char* unit;
+    const char* description;
+    double (*value)(const pal_tick&);
+};
+[[nodiscard]] std::span<const Column> columns();
+
+/// ticks.csv, ticks.json, events.csv (t_s,tick,event,detail: state changes, stops, faults beginning and ending, table
+/// swaps, first and last contact). Each written aside and renamed.
+void write_ticks_csv(const std::filesystem::path& file, std::span<const pal_tick> ticks);
+void write_ticks_json(const std::filesystem::path& file);
+void write_events_csv(const std::filesystem::path& file, std::span<const pal_tick> ticks);
+
+/// Words for fault bits, states and stops: "table-left", "enabled", "e-stop", "none".
+[[nodiscard]] std::string fault_words(std::uint32_t faults);
+[[nodiscard]] std::string state_word(std::uint32_t state);
+[[nodiscard]] std::string stop_word(std::uint32_t stop);
+
+/// Writes `content` to `file` by way of a file beside it and a rename; throws Error naming the file and the reason.
+void write_file(const std::filesystem::path& file, std::string_view content);
+/// A directory that is written aside (DIR.partial) and takes its name on commit(); an earlier DIR moves to DIR.1,
+/// DIR.1 to DIR.2 and so on (9 kept). Without commit() nothing remains and the earlier result is untouched.
+class OutputDirectory {
+public:
+    explicit OutputDirectory(std::filesystem::path directory);
+    ~OutputDirectory();
+    [[nodiscard]] const std::filesystem::path& path() const;  ///< where to write now
+    void commit();
+
+private:
+    std::filesystem::path final_, partial_;
+    bool committed_ = false;
+};
+
+}  // namespace palpate::record
