@@ -1,4 +1,5 @@
-/// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected), as in iSCSI (RFC 3720). "123456789" gives 0xE3069283.
+/// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected), as in iSCSI (RFC 3720). "123456789" gives
+/// 0xE3069283.
 #pragma once
 #include <stddef.h>
 #include <stdint.h>

@@ -1,6 +1,7 @@
-/// The shared segment in which host and loop meet: a header that is checked on attach, one line of words that each
-/// side owns, the table ring and the state ring. No I/O here: the caller maps the memory.
+/// The shared segment in which host and loop meet: a header that is checked on attach, one line of words that
+/// each side owns, the table ring and the state ring. No I/O here: the caller maps the memory.
 #pragma once
+#include <assert.h>
 #include <stdalign.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -14,7 +15,7 @@ extern "C" {
 #endif
 
 enum {
-    PAL_LINK_MAGIC = 0x4B4E494C,   // "LINK"
+    PAL_LINK_MAGIC = 0x4B4E494C,  // "LINK"
     PAL_LINK_ENDIAN = 0x01020304,
     PAL_LINK_ABI = 1
 };
@@ -31,10 +32,10 @@ typedef struct pal_link_header {
 /// Words the host writes and the loop reads.
 typedef struct pal_link_host {
     alignas(64) uint32_t pid;
-    uint32_t heartbeat;   ///< changes at least every 100 ms while the host lives
-    uint32_t enable;      ///< forces on; 0 pauses
-    uint32_t estop;       ///< any value but 0 latches the stop
-    uint32_t stop;        ///< the loop shall end in an orderly way
+    uint32_t heartbeat;  ///< changes at least every 100 ms while the host lives
+    uint32_t enable;     ///< forces on; 0 pauses
+    uint32_t estop;      ///< any value but 0 latches the stop
+    uint32_t stop;       ///< the loop shall end in an orderly way
     uint32_t reserved[11];
 } pal_link_host;
 

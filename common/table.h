@@ -1,5 +1,5 @@
-/// The local stiffness-response table: a potential U(x) near one contact point, as cubic B-spline coefficients.
-/// Mathematics: docs/MATH.md §1. Layout and checks: docs/PROTOCOL.md §2.
+/// The local stiffness-response table: a potential U(x) near one contact point, as cubic B-spline
+/// coefficients. Mathematics: docs/MATH.md §1. Layout and checks: docs/PROTOCOL.md §2.
 #pragma once
 #include <assert.h>
 #include <stdbool.h>
@@ -25,8 +25,9 @@ typedef enum pal_law {
     PAL_LAW_NORMAL = 1      ///< the paper's direction: no lateral term, creates energy where k varies
 } pal_law;
 
-/// Contact frame: origin p0 on the surface that the tool centre meets, e3 away from the object. For a tool centre x
-/// in that frame: q = 1 + kappa x3, (u, v) = (x1, x2)/q, f = s(u, v) - height(x), U = K f^2 psi(H f)/2 for f > 0.
+/// Contact frame: origin p0 on the surface that the tool centre meets, e3 away from the object. For a tool
+/// centre x in that frame: q = 1 + kappa x3, (u, v) = (x1, x2)/q, f = s(u, v) - height(x), U = K f^2 psi(H
+/// f)/2 for f > 0.
 typedef struct pal_table {
     uint32_t magic;        ///< PAL_TABLE_MAGIC
     uint32_t abi;          ///< PAL_TABLE_ABI
@@ -58,20 +59,20 @@ static_assert(offsetof(pal_table, psi) == 64, "PROTOCOL.md 2");
 static_assert(offsetof(pal_table, axes) == 108, "PROTOCOL.md 2");
 static_assert(offsetof(pal_table, coef) == 156, "PROTOCOL.md 2");
 
-/// What a table may ask of a device. The convex hull of a B-spline's coefficients bounds the field everywhere, so
-/// these hold for every point of a checked table, not just for its nodes.
+/// What a table may ask of a device. The convex hull of a B-spline's coefficients bounds the field
+/// everywhere, so these hold for every point of a checked table, not just for its nodes.
 typedef struct pal_table_limits {
-    float stiffness_max_n_per_m;   ///< every K coefficient lies in (0, this]
+    float stiffness_max_n_per_m;         ///< every K coefficient lies in (0, this]
     float stiffness_slope_max_n_per_m2;  ///< |difference of neighbouring K coefficients| / spacing
-    float surface_slope_max;       ///< |difference of neighbouring s coefficients| / spacing
+    float surface_slope_max;             ///< |difference of neighbouring s coefficients| / spacing
 } pal_table_limits;
 
 /// Bytes in use by a table of n_nodes; 0 when n_nodes is out of range.
 uint32_t pal_table_bytes(uint32_t n_nodes);
 /// Fills magic, abi, n_bytes and crc32c. The last thing its writer does.
 void pal_table_seal(pal_table* table);
-/// Everything that makes a table safe to use: header, CRC, finite, ranges, orthonormal axes, limits. Reads `n_nodes`
-/// once. Cost: about 1 ns a byte; so never in the tick.
+/// Everything that makes a table safe to use: header, CRC, finite, ranges, orthonormal axes, limits. Reads
+/// `n_nodes` once. Cost: about 1 ns a byte; so never in the tick.
 pal_err pal_table_check(const pal_table* table, const pal_table_limits* limits);
 /// Header only, for the tick: magic, abi, sizes in range. A table that passed pal_table_check passes.
 bool pal_table_header_ok(const pal_table* table);

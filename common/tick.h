@@ -1,5 +1,5 @@
-/// One record a tick: what the loop saw, which table it used, what it did. 256 bytes, fixed, no padding: the state
-/// ring and the record file hold nothing else.
+/// One record a tick: what the loop saw, which table it used, what it did. 256 bytes, fixed, no padding: the
+/// state ring and the record file hold nothing else.
 #pragma once
 #include <assert.h>
 #include <stddef.h>
@@ -10,11 +10,11 @@ extern "C" {
 
 typedef enum pal_state {
     PAL_STATE_DISABLED = 0,
-    PAL_STATE_HOMING = 1,   ///< waiting for the device to find its origin; no force
-    PAL_STATE_RAMP = 2,     ///< force grows from zero after homing or after a stop
+    PAL_STATE_HOMING = 1,  ///< waiting for the device to find its origin; no force
+    PAL_STATE_RAMP = 2,    ///< force grows from zero after homing or after a stop
     PAL_STATE_ENABLED = 3,
-    PAL_STATE_PAUSED = 4,   ///< an operator switched the forces off
-    PAL_STATE_FAULT = 5     ///< latched; see stop
+    PAL_STATE_PAUSED = 4,  ///< an operator switched the forces off
+    PAL_STATE_FAULT = 5    ///< latched; see stop
 } pal_state;
 
 /// Why the force is not what the table says. Bits of pal_tick.faults.
@@ -35,35 +35,35 @@ typedef enum pal_fault {
 } pal_fault;
 
 typedef struct pal_tick {
-    uint64_t t_ns;           ///< start of the tick: CLOCK_MONOTONIC, or tick * 1e6 in virtual time
-    uint32_t tick;           ///< since the loop's start
-    uint32_t faults;         ///< PAL_FAULT_* of this tick
-    uint32_t state;          ///< a pal_state
-    uint32_t stop;           ///< the PAL_FAULT_* bit that latched the stop; 0: none
-    uint64_t table_id;       ///< in use; 0: none
-    uint64_t before_id;      ///< table that is being faded out; 0: none
+    uint64_t t_ns;             ///< start of the tick: CLOCK_MONOTONIC, or tick * 1e6 in virtual time
+    uint32_t tick;             ///< since the loop's start
+    uint32_t faults;           ///< PAL_FAULT_* of this tick
+    uint32_t state;            ///< a pal_state
+    uint32_t stop;             ///< the PAL_FAULT_* bit that latched the stop; 0: none
+    uint64_t table_id;         ///< in use; 0: none
+    uint64_t before_id;        ///< table that is being faded out; 0: none
     uint32_t table_age_ticks;  ///< ticks since a table was last taken
-    float fade_weight;       ///< of table_id, 0..1; before_id has the rest
-    float gain;              ///< ladder and ramp: force = gain * table force, 0..1
-    uint32_t n_missed;       ///< periods missed since the start
+    float fade_weight;         ///< of table_id, 0..1; before_id has the rest
+    float gain;                ///< ladder and ramp: force = gain * table force, 0..1
+    uint32_t n_missed;         ///< periods missed since the start
     uint8_t buttons, homed, truth_valid, reserved_byte;
     int16_t encoder_counts[3];
     int16_t motor_counts[3];
-    float position_m[3];           ///< tool centre, workspace frame
-    float velocity_m_per_s[3];     ///< low-passed
-    float force_n[3];              ///< commanded, after ladder and clamp, before motor rounding
-    float table_force_n[3];        ///< what the tables said
-    float depth_m;                 ///< of the tool's lowest point below the undeformed skin; <= 0: no contact
-    float k_n_per_m;               ///< linear stiffness under the tool; 0 without contact
-    float potential_j;             ///< of the table(s) at the tool
-    float fade_work_j;             ///< energy injected by table swaps since the start
-    float hand_work_j;             ///< work done by the device on the hand since the start (commanded force)
+    float position_m[3];        ///< tool centre, workspace frame
+    float velocity_m_per_s[3];  ///< low-passed
+    float force_n[3];           ///< commanded, after ladder and clamp, before motor rounding
+    float table_force_n[3];     ///< what the tables said
+    float depth_m;              ///< of the tool's lowest point below the undeformed skin; <= 0: no contact
+    float k_n_per_m;            ///< linear stiffness under the tool; 0 without contact
+    float potential_j;          ///< of the table(s) at the tool
+    float fade_work_j;          ///< energy injected by table swaps since the start
+    float hand_work_j;          ///< work done by the device on the hand since the start (commanded force)
     float reserved_j[3];
-    uint64_t stamp_ns[6];          ///< T0..T5 of docs/DESIGN.md (latency); 0 in virtual time
-    float truth_position_m[3];     ///< simulated device: where the tool centre really is at the end of the tick
-    float truth_force_n[3];        ///< simulated device: what the motor words of this tick do at that point
-    float hand_target_m[3];        ///< simulated hand: where it wants to be
-    uint32_t path_tick;            ///< ticks since the hand's path began, 0 before; simulated hand only
+    uint64_t stamp_ns[6];       ///< T0..T5 of docs/DESIGN.md (latency); 0 in virtual time
+    float truth_position_m[3];  ///< simulated device: where the tool centre really is at the end of the tick
+    float truth_force_n[3];     ///< simulated device: what the motor words of this tick do at that point
+    float hand_target_m[3];     ///< simulated hand: where it wants to be
+    uint32_t path_tick;         ///< ticks since the hand's path began, 0 before; simulated hand only
     uint32_t reserved[4];
 } pal_tick;
 

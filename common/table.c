@@ -1,0 +1,150 @@
+#include "common/table.h"
+
+#include "common/crc32c.h"
+
+static const uint32_t MAGIC_SWAPPED = 0x5441424CU;  // PAL_TABLE_MAGIC as the other byte order sees it
+
+// Bounds that no sensible table comes near; they keep the arithmetic of the tick far from overflow.
+static const float SPACING_MIN_M = 1.0e-5F, SPACING_MAX_M = 0.05F;
+static const float PLACE_MAX_M = 1.0F;         // |component| of p0 and made_for
+static const float HEIGHT_MAX_M = 0.2F;        // |s|
+static const float KAPPA_MAX_PER_M = 2000.0F;  // a fitted sphere of half a millimetre
+static const float DEPTH_SCALE_MAX_PER_M = 1.0e6F;
+static const float PSI_MAX = 1.0e4F;
+static const float AXES_TOLERANCE = 1.0e-4F;
+enum { PSI_SAMPLES = 32, PSI_SAMPLES_PER_UNIT = 4 };  // depth up to eight times the thickness
+
+static bool within(float x, float low, float high) {
+    return x >= low && x <= high;  // false for NaN
+}
+
+static bool finite(float x) {
+    return within(x, -3.0e38F, 3.0e38F);
+}
+
+static float magnitude(float x) {
+    return x < 0.0F ? -x : x;
+}
+
+uint32_t pal_table_bytes(uint32_t n_nodes) {
+    if (n_nodes < PAL_TABLE_NODES_MIN || n_nodes > PAL_TABLE_NODES_MAX) return 0;
+    const uint32_t side = n_nodes + 2;
+    return (uint32_t)offsetof(pal_table, coef) + 3U * side * side * (uint32_t)sizeof(float);
+}
+
+static uint32_t crc_of(const pal_table* table, uint32_t n_bytes) {
+    return pal_crc32c(&table->id, n_bytes - (uint32_t)offsetof(pal_table, id));
+}
+
+void pal_table_seal(pal_table* table) {
+    const uint32_t n_bytes = pal_table_bytes(table->n_nodes);
+    table->magic = PAL_TABLE_MAGIC;
+    table->abi = PAL_TABLE_ABI;
+    table->n_bytes = n_bytes;
+    table->crc32c = n_bytes == 0 ? 0 : crc_of(table, n_bytes);
+}
+
+bool pal_table_header_ok(const pal_table* table) {
+    const uint32_t n_nodes = table->n_nodes;
+    return table->magic == PAL_TABLE_MAGIC && table->abi == PAL_TABLE_ABI && n_nodes % 2 == 1 &&
+           pal_table_bytes(n_nodes) != 0 && table->n_bytes == pal_table_bytes(n_nodes) && table->id != 0 &&
+           table->law <= PAL_LAW_NORMAL;
+}
+
+static pal_err check_identity(const pal_table* table, uint32_t n_nodes) {
+    if (table->magic == MAGIC_SWAPPED) return PAL_ERR_ENDIAN;
+    if (table->magic != PAL_TABLE_MAGIC) return PAL_ERR_MAGIC;
+    if (table->abi != PAL_TABLE_ABI) return PAL_ERR_ABI;
+    const uint32_t n_bytes = pal_table_bytes(n_nodes);
+    if (n_bytes == 0 || n_nodes % 2 == 0 || table->n_bytes != n_bytes) return PAL_ERR_SIZE;
+    if (table->crc32c != crc_of(table, n_bytes)) return PAL_ERR_CRC;
+    if (table->id == 0 || table->law > PAL_LAW_NORMAL) return PAL_ERR_RANGE;
+    return PAL_OK;
+}
+
+static pal_err check_finite(const pal_table* table, uint32_t n_coefs) {
+    bool ok = finite(table->spacing_m) && finite(table->valid_radius_m) && finite(table->kappa_per_m) &&
+              finite(table->error_k_relative) && finite(table->depth_scale_m);
+    for (int i = 0; i < 5; ++i) ok = ok && finite(table->psi[i]);
+    for (int i = 0; i < 3; ++i) ok = ok && finite(table->p0_m[i]) && finite(table->made_for_m[i]);
+    for (int i = 0; i < 9; ++i) ok = ok && finite(table->axes[i]);
+    for (uint32_t i = 0; i < n_coefs; ++i) ok = ok && finite(table->coef[i]);
+    return ok ? PAL_OK : PAL_ERR_NOT_FINITE;
+}
+
+static bool axes_orthonormal(const float axes[9]) {
+    for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) {
+            float dot = 0.0F;
+            for (int c = 0; c < 3; ++c) dot += axes[3 * i + c] * axes[3 * j + c];
+            if (!(magnitude(dot - (i == j ? 1.0F : 0.0F)) <= AXES_TOLERANCE)) return false;
+        }
+    }
+    return true;
+}
+
+// Denominator positive for every depth, and psi positive to eight thicknesses: the skin never pulls.
+static bool depth_law_ok(const float psi[5]) {
+    for (int i = 0; i < 5; ++i) {
+        if (!within(psi[i], -PSI_MAX, PSI_MAX)) return false;
+    }
+    const float m1 = psi[3];
+    const float m2 = psi[4];
+    if (!(m2 >= 0.0F) || !(m1 >= 0.0F || m1 * m1 < 4.0F * m2)) return false;
+    for (int i = 0; i <= PSI_SAMPLES; ++i) {
+        const float x = (float)i / (float)PSI_SAMPLES_PER_UNIT;
+        if (!(1.0F + x * (psi[0] + x * (psi[1] + x * x * psi[2])) > 0.0F)) return false;
+    }
+    return true;
+}
+
+static pal_err check_numbers(const pal_table* table, uint32_t n_nodes) {
+    const float half_m = 0.5F * (float)(n_nodes - 1) * table->spacing_m;
+    bool ok = within(table->spacing_m, SPACING_MIN_M, SPACING_MAX_M) && table->valid_radius_m > 0.0F &&
+              table->valid_radius_m <= half_m * 1.000001F &&
+              within(table->kappa_per_m, -KAPPA_MAX_PER_M, KAPPA_MAX_PER_M) &&
+              table->error_k_relative >= 0.0F && table->depth_scale_m > 0.0F && depth_law_ok(table->psi) &&
+              axes_orthonormal(table->axes);
+    for (int i = 0; i < 3; ++i) {
+        ok = ok && within(table->p0_m[i], -PLACE_MAX_M, PLACE_MAX_M) &&
+             within(table->made_for_m[i], -PLACE_MAX_M, PLACE_MAX_M);
+    }
+    return ok ? PAL_OK : PAL_ERR_RANGE;
+}
+
+// Neighbouring coefficients of one plane differ by at most `step_max`, all lie in [low, high].
+static bool plane_ok(const float* plane, uint32_t side, float low, float high, float step_max) {
+    for (uint32_t i = 0; i < side; ++i) {
+        for (uint32_t j = 0; j < side; ++j) {
+            const float c = plane[i * side + j];
+            if (!within(c, low, high)) return false;
+            if (i > 0 && !(magnitude(c - plane[(i - 1) * side + j]) <= step_max)) return false;
+            if (j > 0 && !(magnitude(c - plane[i * side + j - 1]) <= step_max)) return false;
+        }
+    }
+    return true;
+}
+
+static pal_err check_fields(const pal_table* table, uint32_t side, const pal_table_limits* limits) {
+    static const float SMALLEST = 1.0e-6F;  // K > 0
+    const uint32_t n_plane = side * side;
+    const float step_m = table->spacing_m;
+    const float k_max = limits->stiffness_max_n_per_m;
+    const bool ok =
+        plane_ok(table->coef, side, -HEIGHT_MAX_M, HEIGHT_MAX_M, limits->surface_slope_max * step_m) &&
+        plane_ok(table->coef + n_plane, side, SMALLEST, k_max,
+                 limits->stiffness_slope_max_n_per_m2 * step_m) &&
+        plane_ok(table->coef + 2 * n_plane, side, 0.0F, DEPTH_SCALE_MAX_PER_M, DEPTH_SCALE_MAX_PER_M);
+    return ok ? PAL_OK : PAL_ERR_RANGE;
+}
+
+pal_err pal_table_check(const pal_table* table, const pal_table_limits* limits) {
+    // Once: a broken writer in another process must not move the sizes between check and use.
+    const uint32_t n_nodes = __atomic_load_n(&table->n_nodes, __ATOMIC_RELAXED);
+    pal_err err = check_identity(table, n_nodes);
+    const uint32_t side = n_nodes + 2;
+    if (err == PAL_OK) err = check_finite(table, 3 * side * side);
+    if (err == PAL_OK) err = check_numbers(table, n_nodes);
+    if (err == PAL_OK) err = check_fields(table, side, limits);
+    return err;
+}
