@@ -3,7 +3,7 @@
 #include <math.h>
 
 // Geometry of the NF1: docs/PROTOCOL.md 4.
-static const double ARM_M = 0.060, FOREARM_M = 0.1025, OFFSET_M = 0.0225;      // a, b, d + e
+static const double ARM_M = 0.060, FOREARM_M = 0.1025, OFFSET_M = 0.0225;        // a, b, d + e
 static const double REACH_U_M = 0.01443 - 0.0400, REACH_V_M = -0.025 + 0.02309;  // c - r, f - s
 // Legs at 105, -15 and -135 degrees.
 static const double LEG_COS[3] = {-0.25881904510252076, 0.96592582628906829, -0.70710678118654752};
@@ -13,18 +13,20 @@ static const double PI_HALF = 1.57079632679489662, PI_HALF_LOW = 6.1232339957367
 const double PAL_FALCON_THETA_MIN_RAD = -0.43633231299858239, PAL_FALCON_THETA_MAX_RAD = 1.57079632679489662;
 static const double COS_MIN = 0.90630778703664996, SIN_MIN = -0.42261826174069944;  // of -25 degrees
 
-static const double SIDE_MAX = 0.98;      // |V| / b: beyond it a parallelogram folds
-static const double ELBOW_MIN = 0.05;     // sine between arm and forearm: below it a leg is stretched
+static const double SIDE_MAX = 0.98;   // |V| / b: beyond it a parallelogram folds
+static const double ELBOW_MIN = 0.05;  // sine between arm and forearm: below it a leg is stretched
+static const double FAR_M = 1.0;       // no leg reaches so far
 static const double STEP_END_RAD = 1e-15;
 static const double RESIDUAL_MAX_M2 = 1e-15;
 enum { N_STEPS_MAX = 80 };
 
 /// Taylor series on |x| <= pi/4; the first term left out is below 5e-17.
 static void sin_cos_small(double x, double* sine, double* cosine) {
-    static const double S[] = {-1.0 / 6.0,       1.0 / 120.0,        -1.0 / 5040.0,         1.0 / 362880.0,
+    static const double S[] = {-1.0 / 6.0,        1.0 / 120.0,        -1.0 / 5040.0,         1.0 / 362880.0,
                                -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0};
-    static const double C[] = {-1.0 / 2.0,       1.0 / 24.0,        -1.0 / 720.0,          1.0 / 40320.0,
-                               -1.0 / 3628800.0, 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0};
+    static const double C[] = {
+        -1.0 / 2.0,       1.0 / 24.0,        -1.0 / 720.0,         1.0 / 40320.0,
+        -1.0 / 3628800.0, 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0};
     const double xx = x * x;
     double s = 0.0;
     double c = 0.0;
@@ -52,13 +54,18 @@ typedef struct leg {
     double u, v, w, k;
 } leg;
 
-static bool leg_at(int i, const double at_m[3], leg* out) {
-    out->u = at_m[0] * LEG_COS[i] + at_m[1] * LEG_SIN[i] + REACH_U_M;
-    out->v = at_m[1] * LEG_COS[i] - at_m[0] * LEG_SIN[i] + REACH_V_M;
-    out->w = at_m[2];
-    if (!(fabs(out->v) < SIDE_MAX * FOREARM_M) || !(fabs(out->u) < 1.0) || !(fabs(out->w) < 1.0)) return false;
-    out->k = OFFSET_M + sqrt(FOREARM_M * FOREARM_M - out->v * out->v);
-    return true;
+/// k is NaN where has_answer is false for a large |V|.
+static leg leg_at(int i, const double at_m[3]) {
+    leg l;
+    l.u = at_m[0] * LEG_COS[i] + at_m[1] * LEG_SIN[i] + REACH_U_M;
+    l.v = at_m[1] * LEG_COS[i] - at_m[0] * LEG_SIN[i] + REACH_V_M;
+    l.w = at_m[2];
+    l.k = OFFSET_M + sqrt(FOREARM_M * FOREARM_M - l.v * l.v);
+    return l;
+}
+
+static bool has_answer(const leg* l) {
+    return fabs(l->v) < SIDE_MAX * FOREARM_M && fabs(l->u) < FAR_M && fabs(l->w) < FAR_M;
 }
 
 /// g = (U - a cos t)^2 + (W - a sin t)^2 - k^2 and dg/dt.
@@ -70,7 +77,9 @@ static double closure(const leg* l, double sine, double cosine, double* slope) {
 }
 
 /// Below the wanted root g > 0 and falls; from it up to the stretched leg g <= 0; beyond that g rises.
-static bool is_below(double g, double slope) { return g > 0.0 && slope < 0.0; }
+static bool is_below(double g, double slope) {
+    return g > 0.0 && slope < 0.0;
+}
 
 /// Newton's method, and bisection wherever it would leave the bracket (the arm's travel).
 static bool solve_leg(const leg* l, double near_rad, double* theta_rad) {
@@ -106,8 +115,8 @@ static bool solve_leg(const leg* l, double near_rad, double* theta_rad) {
 bool pal_falcon_solve_theta(const double at_m[3], const double near_rad[3], double theta_rad[3]) {
     double found[3];
     for (int i = 0; i < PAL_FALCON_ARMS; ++i) {
-        leg l;
-        if (!leg_at(i, at_m, &l) || !solve_leg(&l, near_rad[i], &found[i])) return false;
+        const leg l = leg_at(i, at_m);
+        if (!has_answer(&l) || !solve_leg(&l, near_rad[i], &found[i])) return false;
     }
     for (int i = 0; i < PAL_FALCON_ARMS; ++i) theta_rad[i] = found[i];
     return true;
@@ -119,8 +128,7 @@ void pal_falcon_theta_gradient(const double at_m[3], const double theta_rad[3], 
         double c;
         double slope;
         pal_falcon_sin_cos(theta_rad[i], &s, &c);
-        leg l;
-        (void)leg_at(i, at_m, &l);  // theta_rad exists, so the leg does
+        const leg l = leg_at(i, at_m);
         (void)closure(&l, s, c, &slope);
         // G(t, P) = 0: dt/dP = -G_P / G_t; k dk/dV = -k V / (k - d - e).
         const double g_u = 2.0 * (l.u - ARM_M * c);

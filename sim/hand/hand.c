@@ -85,8 +85,9 @@ void pal_hand_push(const void* context, const double position_m[3], const double
                    double force_n[3]) {
     const pal_hand* hand = context;
     for (int i = 0; i < 3; ++i) {
-        force_n[i] = hand->config.stiffness_n_per_m * (hand->target_m[i] - position_m[i]) +
-                     hand->config.damping_n_s_per_m * (hand->target_velocity_m_per_s[i] - velocity_m_per_s[i]);
+        force_n[i] =
+            hand->config.stiffness_n_per_m * (hand->target_m[i] - position_m[i]) +
+            hand->config.damping_n_s_per_m * (hand->target_velocity_m_per_s[i] - velocity_m_per_s[i]);
     }
     force_n[1] += hand->config.weight_n;
 }

@@ -1,5 +1,6 @@
-/// A simulated hand: an impedance (mass, spring, damper) whose equilibrium runs along a path. It homes the device
-/// first, as a person would, then waits at the path's start, then follows the path. It carries the effector's weight.
+/// A simulated hand: an impedance (mass, spring, damper) whose equilibrium runs along a path. It homes the
+/// device first, as a person would, then waits at the path's start, then follows the path. It carries the
+/// effector's weight.
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -13,21 +14,22 @@ typedef struct pal_hand_point {
 } pal_hand_point;
 
 typedef struct pal_hand_config {
-    double mass_kg, stiffness_n_per_m, damping_n_s_per_m;  ///< light 0.05 150 2, firm 0.15 500 8 (assumed); 0 0 0: no hand
-    double weight_n;                ///< effector's weight that the hand carries, along +y; 0 when there is no hand
-    const pal_hand_point* path;     ///< borrowed; straight lines between points
+    double mass_kg, stiffness_n_per_m,
+        damping_n_s_per_m;  ///< light 0.05 150 2, firm 0.15 500 8 (assumed); 0 0 0: no hand
+    double weight_n;        ///< effector's weight that the hand carries, along +y; 0 when there is no hand
+    const pal_hand_point* path;  ///< borrowed; straight lines between points
     uint32_t n_points;
-    uint32_t wait_ticks;            ///< between homing and the path's start: the start ramp and the way there
-    double home_in_m[3];            ///< where the hand pushes to while the device homes, device frame
+    uint32_t wait_ticks;  ///< between homing and the path's start: the start ramp and the way there
+    double home_in_m[3];  ///< where the hand pushes to while the device homes, device frame
 } pal_hand_config;
 
 typedef struct pal_hand {
     pal_hand_config config;
     uint32_t tick;
-    uint32_t homed_tick;     ///< tick at which homing was complete; 0: not yet
-    uint32_t path_tick;      ///< ticks since the path began, 1 = 1 ms into it; 0 before
-    uint32_t segment;        ///< of the path, index of its first point
-    double from_m[3];        ///< where the present smooth move began: first at power-on, then where homing ended
+    uint32_t homed_tick;  ///< tick at which homing was complete; 0: not yet
+    uint32_t path_tick;   ///< ticks since the path began, 1 = 1 ms into it; 0 before
+    uint32_t segment;     ///< of the path, index of its first point
+    double from_m[3];     ///< where the present smooth move began: first at power-on, then where homing ended
     double target_m[3], target_velocity_m_per_s[3];
 } pal_hand;
 
