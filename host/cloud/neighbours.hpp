@@ -25,8 +25,10 @@ private:
 };
 
 /// Outward unit normals for every point: from the faces where the cloud has them (area-weighted), otherwise from the
-/// plane through the nearest points, made consistent along a minimum spanning tree of the neighbour graph that starts
-/// at the point farthest along z, whose normal points to +z. O(n log n).
+/// plane through the nearest points, made consistent along a minimum spanning tree of the neighbour graph. Each connected
+/// part starts at its point farthest along z, whose normal points to +z; where that point lies on a rim, at the one of its
+/// outermost points along +-x, +-y, +-z whose normal is best along that axis. Faces are believed: a file whose faces wind
+/// inwards gets inward normals. O(n log n).
 void orient(Cloud& cloud, const Tree& tree);
 
 /// Median distance of a point to its nearest neighbour, m.

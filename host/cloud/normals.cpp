@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <queue>
 #include <tuple>
@@ -71,31 +72,80 @@ Vector3d carried(const Vector3d& normal, const Vector3d& from_m, const Vector3d&
     return normal - (2.0 * step_m.dot(normal) / length2) * step_m;
 }
 
-/// Flips `normals` so that neighbours agree, along a spanning tree that takes the surest step first (Prim).
-/// Each connected part starts at its own highest point.
+/// The points joined with `first`, in the order found; marks them in `seen`.
+std::vector<Index> part_of(Index first, const std::vector<std::vector<Index>>& near,
+                           std::vector<char>& seen) {
+    std::vector<Index> part{first};
+    seen[first] = 1;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+        for (const Index to : near[part[i]]) {
+            if (seen[to] == 0) part.push_back(to);
+            seen[to] = 1;
+        }
+    }
+    return part;
+}
+
+/// A point whose outward side is known: the outermost one of `part` along an axis, with its normal turned
+/// outwards.
+struct Start {
+    Index point;
+    Vector3d normal;
+};
+
+/// The highest point along z; where the surface is steep there (a rim, whose plane is a poor one), the one of
+/// the six outermost points that faces its axis best.
+Start start_of(const std::vector<Index>& part, const std::vector<Vector3d>& points_m,
+               const std::vector<Vector3d>& normals) {
+    constexpr double FACING_ENOUGH = 0.9;
+    const std::array<Vector3d, 6> axes{Vector3d::UnitZ(),  Vector3d::UnitX(),  Vector3d::UnitY(),
+                                       -Vector3d::UnitX(), -Vector3d::UnitY(), -Vector3d::UnitZ()};
+    Start best{part.front(), normals[part.front()]};
+    double best_facing = -1.0;
+    for (const Vector3d& axis : axes) {
+        const Index outermost = *std::min_element(part.begin(), part.end(), [&](Index a, Index b) {
+            return std::make_pair(-points_m[a].dot(axis), a) < std::make_pair(-points_m[b].dot(axis), b);
+        });
+        const double facing = normals[outermost].dot(axis);
+        if (!(std::fabs(facing) > best_facing)) continue;
+        best_facing = std::fabs(facing);
+        best = {outermost, facing < 0.0 ? Vector3d(-normals[outermost]) : normals[outermost]};
+        if (best_facing > FACING_ENOUGH) break;
+    }
+    return best;
+}
+
+/// Flips `normals` so that neighbours agree, along a spanning tree that takes the surest step first (Prim),
+/// for each connected part by itself.
 class Propagation {
 public:
     Propagation(const std::vector<Vector3d>& points_m, const std::vector<std::vector<Index>>& near,
                 std::vector<Vector3d>& normals)
         : points_m_(points_m), near_(near), normals_(normals), done_(points_m.size(), 0) {}
 
-    void run(const std::vector<Index>& starts) {
-        for (const Index start : starts) {
-            if (done_[start] != 0) continue;
-            if (normals_[start].z() < 0.0) normals_[start] = -normals_[start];
-            settle(start);
-            while (!open_.empty()) {
-                const auto [doubt, to, from] = open_.top();
-                open_.pop();
-                if (done_[to] != 0) continue;
-                if (carried(normals_[from], points_m_[from], points_m_[to]).dot(normals_[to]) < 0.0)
-                    normals_[to] = -normals_[to];
-                settle(to);
-            }
+    void run() {
+        std::vector<char> seen(points_m_.size(), 0);
+        for (std::size_t i = 0; i < points_m_.size(); ++i) {
+            if (seen[i] != 0) continue;
+            const Start start = start_of(part_of(static_cast<Index>(i), near_, seen), points_m_, normals_);
+            normals_[start.point] = start.normal;
+            settle(start.point);
+            spread();
         }
     }
 
 private:
+    void spread() {
+        while (!open_.empty()) {
+            const auto [doubt, to, from] = open_.top();
+            open_.pop();
+            if (done_[to] != 0) continue;
+            if (carried(normals_[from], points_m_[from], points_m_[to]).dot(normals_[to]) < 0.0)
+                normals_[to] = -normals_[to];
+            settle(to);
+        }
+    }
+
     void settle(Index from) {
         done_[from] = 1;
         for (const Index to : near_[from]) {
@@ -126,11 +176,7 @@ void from_planes(Cloud& cloud, const Tree& tree) {
     for (std::size_t i = 0; i < n; ++i) {  // a step that one end knows of is open to both
         for (std::size_t j = 0; j < n_own; ++j) near[near[i][j]].push_back(static_cast<Index>(i));
     }
-    std::vector<Index> starts(n);
-    for (std::size_t i = 0; i < n; ++i) starts[i] = static_cast<Index>(i);
-    std::stable_sort(starts.begin(), starts.end(),
-                     [&cloud](Index a, Index b) { return cloud.points_m[a].z() > cloud.points_m[b].z(); });
-    Propagation(cloud.points_m, near, normals).run(starts);
+    Propagation(cloud.points_m, near, normals).run();
     cloud.normals = std::move(normals);
 }
 
