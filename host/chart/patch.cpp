@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "host/contact/weights.hpp"
+
 namespace palpate::chart {
 namespace {
 
@@ -12,12 +14,6 @@ constexpr double FREE_EDGE = 1e-6;        // of the largest D: a free edge (MATH
 constexpr double COVERED_MIN = 0.5;       // share of nodes that need skin
 constexpr double REACH_IN_SPACINGS = 2.0; // a node takes E from points this near
 constexpr double FIT_SUPPORT = 0.75;      // of the patch side: radius of the weights of fit and curvature
-
-double wendland(double r) {
-    if (r >= 1.0) return 0.0;
-    const double a = (1.0 - r) * (1.0 - r);
-    return a * a * (4.0 * r + 1.0);
-}
 
 /// The points around a contact along the surface, with their fitting weights.
 struct Around {
@@ -35,7 +31,7 @@ Around points_around(const contact::Surface& surface, const contact::Foot& foot,
         const Eigen::Vector3d& p = surface.cloud().points_m[reached.point];
         around.points.push_back(reached.point);
         around.at_m.push_back(p);
-        around.weight.push_back(wendland((p - foot.point_m).norm() / support_m));
+        around.weight.push_back(contact::wendland((p - foot.point_m).norm() / support_m));
     }
     return around;
 }
@@ -79,7 +75,7 @@ Eigen::ArrayXXd young_at_nodes(const std::vector<PlatePoint>& points, const std:
         for (Eigen::Index i = std::max<Eigen::Index>(0, first(x)); i <= std::min(nodes - 1, last(x)); ++i) {
             for (Eigen::Index j = std::max<Eigen::Index>(0, first(z)); j <= std::min(nodes - 1, last(z)); ++j) {
                 const double dx = static_cast<double>(i) * step_m - x, dz = static_cast<double>(j) * step_m - z;
-                const double w = wendland(std::sqrt(dx * dx + dz * dz) / reach_m);
+                const double w = contact::wendland(std::sqrt(dx * dx + dz * dz) / reach_m);
                 weights(i, j) += w;
                 sum(i, j) += w * young_pa[p.point];
             }

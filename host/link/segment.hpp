@@ -1,0 +1,30 @@
+/// The shared segment between host and loop, as its creator sees it.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+#include "common/link.h"
+
+namespace palpate::link {
+
+struct Error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Creates a POSIX shared-memory segment that only this user can open (0600), named after user and process, prepared
+/// by pal_link_init; removed again when this goes. Segments whose creator no longer lives are removed first.
+class Segment {
+public:
+    Segment();
+    ~Segment();
+    Segment(const Segment&) = delete;
+    Segment& operator=(const Segment&) = delete;
+    [[nodiscard]] pal_link& link() const { return *link_; }
+    [[nodiscard]] const std::string& name() const { return name_; }  ///< "/palpate-..." for palpate-loop --link
+
+private:
+    std::string name_;
+    pal_link* link_ = nullptr;
+};
+
+}  // namespace palpate::link

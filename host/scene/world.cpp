@@ -1,0 +1,256 @@
+#include "host/scene/world.hpp"
+
+#include <xxhash.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "common/frame.h"
+
+namespace palpate::scene {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double SUPPORT_IN_SPACINGS = 4.0;  // of the smooth skin's weights
+constexpr double PATH_STEP_S = 0.01;
+
+Vector3d vec(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+Error wrong(const Scene& scene, const std::string& what) { return Error(scene.file.string() + ": " + what); }
+
+std::string mm(double m) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * m);
+    return text.data();
+}
+
+double metres_per_unit(const std::string& unit) {
+    if (unit == "cm") return 1e-2;
+    if (unit == "mm") return 1e-3;
+    if (unit == "um") return 1e-6;
+    if (unit == "inch") return 0.0254;
+    return 1.0;
+}
+
+/// Object metres: centred on its box where size_m scales it, as the file has it otherwise.
+void scale(const Object& object, cloud::Cloud& cloud) {
+    Vector3d low = cloud.points_m.front(), high = low;
+    for (const Vector3d& p : cloud.points_m) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const double longest = (high - low).maxCoeff();
+    const bool sized = object.size_m > 0.0;
+    const double factor = sized ? object.size_m / longest : metres_per_unit(object.length_unit);
+    const Vector3d middle = sized ? Vector3d(0.5 * (low + high)) : Vector3d::Zero();
+    for (Vector3d& p : cloud.points_m) p = (p - middle) * factor;
+}
+
+/// 0 below -edge/2, 1 above +edge/2 of `inside_m`, smooth between.
+double smooth_step(double inside_m, double edge_m) {
+    if (!(edge_m > 0.0)) return inside_m >= 0.0 ? 1.0 : 0.0;
+    const double t = std::clamp(inside_m / edge_m + 0.5, 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+/// Nearest place of the skin, in object metres before placement.
+contact::Foot on_the_skin(const World& world, const Vector3d& at_m, const std::string& key) {
+    const auto foot = world.surface->foot(at_m, world.tree->nearest(at_m));
+    if (!foot) throw wrong(world.scene, key + ": there is no smooth skin near this place; choose a point on the scan");
+    return *foot;
+}
+
+void apply(const Change& change, World& world, std::size_t number) {
+    const std::string key = "change[" + std::to_string(number) + "].at_m";
+    if (change.shape == Change::Shape::nodule) {
+        const Vector3d at = on_the_skin(world, vec(change.at_m), key).point_m;
+        for (std::size_t i = 0; i < world.cloud.points_m.size(); ++i) {
+            const double distance = (world.cloud.points_m[i] - at).norm();
+            const double share = smooth_step(change.radius_m - distance, change.edge_m);
+            world.cloud.young_pa[i] *= 1.0 + (change.factor[0] - 1.0) * share;
+        }
+        world.nodules.push_back({at, change.radius_m});
+        return;
+    }
+    const Vector3d from = vec(change.from_m), way = vec(change.to_m) - from;
+    for (std::size_t i = 0; i < world.cloud.points_m.size(); ++i) {
+        const double t = std::clamp((world.cloud.points_m[i] - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+        world.cloud.young_pa[i] *= change.factor[0] + (change.factor[1] - change.factor[0]) * t;
+    }
+}
+
+/// Rotation that takes `normal` to +z (towards the user) and keeps the object's y as far up as it can.
+Matrix3d facing_operator(const Vector3d& normal) {
+    const Vector3d up = std::abs(normal.y()) < 0.99 ? Vector3d::UnitY() : Vector3d::UnitZ();
+    const Vector3d y = (up - up.dot(normal) * normal).normalized();
+    Matrix3d turn;
+    turn << y.cross(normal).transpose(), y.transpose(), normal.transpose();
+    return turn;
+}
+
+Matrix3d turned(const Vec3& turn_deg) {
+    const auto about = [&](std::size_t axis, const Vector3d& direction) {
+        return Eigen::AngleAxisd(turn_deg[axis] * (3.14159265358979323846 / 180.0), direction).toRotationMatrix();
+    };
+    return about(2, Vector3d::UnitZ()) * about(1, Vector3d::UnitY()) * about(0, Vector3d::UnitX());
+}
+
+Pose pose_of(const World& world) {
+    const Placement& placement = world.scene.placement;
+    Pose pose;
+    if (placement.facing == "operator") {
+        pose.turn = facing_operator(on_the_skin(world, vec(placement.focus_m), "placement.focus_m").normal);
+    }
+    if (placement.turn_deg != Vec3{}) pose.turn = turned(placement.turn_deg) * pose.turn;
+    pose.shift_m = vec(placement.at_m) - pose.turn * vec(placement.focus_m);
+    return pose;
+}
+
+void place(World& world) {
+    world.pose = pose_of(world);
+    for (Vector3d& p : world.cloud.points_m) p = world.pose(p);
+    for (Vector3d& n : world.cloud.normals) n = world.pose.turn * n;
+    for (Nodule& nodule : world.nodules) nodule.at_m = world.pose(nodule.at_m);
+}
+
+/// Trees and surfaces refer to the points' places: made anew whenever these change.
+void index(World& world) {
+    world.tree = std::make_unique<cloud::Tree>(world.cloud.points_m);
+    if (world.cloud.normals.empty()) cloud::orient(world.cloud, *world.tree);
+    world.graph = std::make_unique<cloud::Graph>(world.cloud, *world.tree);
+    world.spacing_m = cloud::median_spacing_m(world.cloud, *world.tree);
+    world.surface = std::make_unique<contact::Surface>(world.cloud, *world.graph,
+                                                       SUPPORT_IN_SPACINGS * world.spacing_m);
+}
+
+void check_reach(const World& world, std::size_t number, const PathPoint& point, const Vector3d& tool_m) {
+    const Vector3d low(-PAL_WORKSPACE_HALF_X_M, -PAL_WORKSPACE_HALF_Y_M, PAL_WORKSPACE_MIN_Z_M);
+    const Vector3d high(PAL_WORKSPACE_HALF_X_M, PAL_WORKSPACE_HALF_Y_M, PAL_WORKSPACE_MAX_Z_M);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double over = std::max(tool_m[axis] - high[axis], low[axis] - tool_m[axis]);
+        if (!(over > 0.0)) continue;
+        const bool above = tool_m[axis] > high[axis];
+        throw wrong(world.scene, "hand.path[" + std::to_string(number) + "] at t_s = " + std::to_string(point.t_s) +
+                                     " is " + mm(over) + " beyond the workspace along " + (above ? "+" : "-") +
+                                     "xyz"[axis] + " (limit " + mm(above ? high[axis] : low[axis]) +
+                                     "); move the object with [placement] or shorten the path");
+    }
+}
+
+Target target_at(const World& world, double t_s, const Vector3d& object_m, double depth_m, cloud::Index seed) {
+    const auto foot = world.surface->foot(world.pose(object_m), seed);
+    if (!foot) {
+        throw wrong(world.scene, "hand.path: at t_s = " + std::to_string(t_s) +
+                                     " there is no smooth skin near the path; choose points on one face of the scan");
+    }
+    const double above_m = world.scene.touch.tool_radius_m - depth_m;
+    return {t_s, foot->point_m + above_m * foot->normal, *foot};
+}
+
+/// The path is straight in the object's metres between its points; each moment is projected onto the scan.
+void resolve_path(World& world) {
+    const std::vector<PathPoint>& points = world.scene.hand.path;
+    if (points.empty()) return;
+    cloud::Index seed = world.tree->nearest(world.pose(vec(points.front().at_m)));
+    for (std::size_t leg = 0; leg < points.size(); ++leg) {
+        const PathPoint& a = points[leg];
+        const PathPoint& b = points[std::min(leg + 1, points.size() - 1)];
+        const auto n = std::max<long>(1, std::lround((b.t_s - a.t_s) / PATH_STEP_S));
+        for (long i = 0; i < (leg + 1 < points.size() ? n : 1); ++i) {
+            const double s = static_cast<double>(i) / static_cast<double>(n);
+            const Vector3d at = vec(a.at_m) + s * (vec(b.at_m) - vec(a.at_m));
+            world.path.push_back(target_at(world, a.t_s + s * (b.t_s - a.t_s), at,
+                                           a.depth_m + s * (b.depth_m - a.depth_m), seed));
+            seed = world.path.back().foot.nearest;
+            if (i == 0) check_reach(world, leg, a, world.path.back().tool_m);
+        }
+    }
+}
+
+class Hash {
+public:
+    Hash() : state_(XXH64_createState()) { XXH64_reset(state_, 0); }
+    ~Hash() { XXH64_freeState(state_); }
+    Hash(const Hash&) = delete;
+    Hash& operator=(const Hash&) = delete;
+    void add(const void* bytes, std::size_t n) { XXH64_update(state_, bytes, n); }
+    void add(double number) { add(&number, sizeof number); }
+    void add(const std::vector<Vector3d>& points) { add(points.data(), points.size() * sizeof(Vector3d)); }
+    [[nodiscard]] std::uint64_t value() const { return XXH64_digest(state_); }
+
+private:
+    XXH64_state_t* state_;
+};
+
+/// What a table depends on: points, moduli, skin, patch, solver, touch.
+std::uint64_t source_hash_of(const World& world) {
+    const Scene& s = world.scene;
+    Hash hash;
+    hash.add(world.cloud.points_m);
+    hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
+    for (const double number :
+         {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3, s.skin.model == Model::shell ? 1.0 : 0.0,
+          s.patch.size_m, s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
+          static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m, s.touch.law == Law::potential ? 0.0 : 1.0}) {
+        hash.add(number);
+    }
+    return hash.value();
+}
+
+void check_size(const World& world) {
+    Vector3d low = world.cloud.points_m.front(), high = low;
+    for (const Vector3d& p : world.cloud.points_m) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const double across = (high - low).norm();
+    if (world.scene.patch.size_m > across) {
+        throw wrong(world.scene, "patch.size_m = " + mm(world.scene.patch.size_m) + " is larger than the object (" +
+                                     mm(across) + " across); make the patch smaller or the object larger (object.size_m)");
+    }
+}
+
+}  // namespace
+
+contact::Surface World::another_surface() const { return {cloud, *graph, surface->support_m()}; }
+
+std::unique_ptr<World> build(const Scene& scene) {
+    const std::filesystem::path file = points_file(scene);
+    auto world = build(scene, cloud::read(file));
+    world->object_name = file.filename().string();
+    return world;
+}
+
+std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud) {
+    auto world = std::make_unique<World>();
+    world->scene = scene;
+    world->cloud = std::move(cloud);
+    Hash as_read;
+    as_read.add(world->cloud.points_m);
+    world->object_hash = as_read.value();
+    scale(scene.object, world->cloud);
+    check_size(*world);
+    index(*world);
+    world->cloud.young_pa.assign(world->cloud.points_m.size(), scene.skin.young_pa);
+    for (std::size_t i = 0; i < scene.changes.size(); ++i) apply(scene.changes[i], *world, i);
+    place(*world);
+    index(*world);
+    world->material = {.thickness_m = scene.skin.thickness_m,
+                       .poisson = scene.skin.poisson,
+                       .foundation_n_per_m3 = scene.skin.foundation_n_per_m3,
+                       .shell = scene.skin.model == Model::shell,
+                       .patch_size_m = scene.patch.size_m,
+                       .projection = scene.patch.projection == "azimuthal" ? chart::Projection::azimuthal
+                                                                           : chart::Projection::gall_peters,
+                       .spacing_m = world->spacing_m};
+    resolve_path(*world);
+    world->source_hash = source_hash_of(*world);
+    return world;
+}
+
+}  // namespace palpate::scene

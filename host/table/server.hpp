@@ -1,0 +1,48 @@
+/// Follows the tool over the object and says when the loop needs a new table, and which.
+#pragma once
+#include <memory>
+
+#include "common/tick.h"
+#include "host/contact/proxy.hpp"
+#include "host/scene/world.hpp"
+#include "host/table/builder.hpp"
+
+namespace palpate::table {
+
+/// Node count, spacing and the rest for a scene: 17 nodes unless it asks for others, 0.6 of the scan's spacing apart.
+[[nodiscard]] BuildOptions build_options(const scene::World& world);
+
+/// The scan points that the scene's path can reach: what to bake.
+[[nodiscard]] std::vector<cloud::Index> reachable_points(const scene::World& world, const StiffnessField& field,
+                                                         const BuildOptions& options);
+
+/// One per run. Deterministic: its answers depend on the records alone.
+class Server {
+public:
+    /// Borrowed; must outlive the server.
+    Server(const scene::World& world, const StiffnessField& field, const BuildOptions& options);
+    /// The table to publish after `record`, or nullptr. A new one when the tool has moved on by a quarter of the table
+    /// or pressed in further by 0.5 mm; the last one again (same content, new tick) before it is 50 ms old, so that the
+    /// loop knows that the host lives; none before the device is homed.
+    [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
+    /// Where the tool touches, as last seen.
+    [[nodiscard]] const std::optional<contact::Contact>& contact() const { return contact_; }
+    [[nodiscard]] std::size_t n_built() const { return n_built_; }
+    [[nodiscard]] std::size_t n_refused() const { return n_refused_; }  ///< places where no table could be built
+
+private:
+    [[nodiscard]] bool moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) const;
+
+    const scene::World* world_;
+    const StiffnessField* field_;
+    BuildOptions options_;
+    contact::Proxy proxy_;
+    std::optional<contact::Contact> contact_;
+    std::unique_ptr<pal_table> last_;
+    Eigen::Vector3d last_tool_m_ = Eigen::Vector3d::Zero();
+    double last_depth_m_ = 0.0;
+    std::uint32_t last_given_tick_ = 0;
+    std::size_t n_built_ = 0, n_refused_ = 0;
+};
+
+}  // namespace palpate::table
