@@ -1,7 +1,8 @@
-/// Modbus TCP for test rigs: what the loop does as input registers, the emergency stop as coil 0. One table in code
-/// makes the map and docs/MODBUS.md. Loopback only. Its own thread; never in the way of the loop.
+/// Modbus TCP for test rigs: what the loop does as input registers, the emergency stop as coil 0. One table
+/// in code makes the map and docs/MODBUS.md. Loopback only. Its own thread; never in the way of the loop.
 #pragma once
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -20,17 +21,28 @@ struct Shown {
     std::atomic<float> x_m{0}, y_m{0}, z_m{0};
 };
 
-/// What a client asked for. Coil 0 latches estop: writing 0 does not release it.
+/// What a client asked for; set before the client gets its answer. Coil 0 latches estop: the server never
+/// clears it.
 struct Asked {
     std::atomic<bool> estop{false};
     std::atomic<bool> enable{true};
 };
 
+/// How much of the server clients may hold.
+struct Limits {
+    std::size_t n_clients = 16;   ///< one more takes the place of the one silent longest; at least 1
+    int frame_timeout_ms = 1000;  ///< a client that stops in mid-frame is dropped after this long
+};
+
 class Server {
 public:
-    /// `address` is ADDR:PORT, loopback only (127.0.0.0/8, localhost). Listens when this returns. Throws Error.
-    Server(const std::string& address, const Shown& shown, Asked& asked);
+    /// `address` is ADDR:PORT, loopback only (127.0.0.0/8, localhost); port 0 takes a free one. Serves when
+    /// this returns. `shown` and `asked` must outlive the server. Throws Error.
+    Server(const std::string& address, const Shown& shown, Asked& asked, Limits limits = {});
+    /// Closes every connection and joins the thread; waits for no client.
     ~Server();
+    /// The port that is listened on.
+    [[nodiscard]] std::uint16_t port() const;
 
 private:
     struct Impl;
