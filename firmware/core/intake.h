@@ -1,5 +1,6 @@
-/// Between the table ring and the tick: takes the newest table when no fade runs, has it checked before its first
-/// use, refuses a bad one. The check may run elsewhere (a thread of the loop process) or in line (virtual time).
+/// Between the table ring and the tick: takes the newest table when no fade runs, has it checked before its
+/// first use, refuses a bad one. The check may run elsewhere (a thread of the loop process) or in line
+/// (virtual time).
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,15 +22,19 @@ typedef enum pal_intake_state {
 typedef struct pal_intake {
     pal_table_ring* ring;
     pal_table_limits limits;
-    uint32_t state;          ///< a pal_intake_state; handed between tick and checker by acquire and release
-    uint32_t last_err;       ///< -pal_err of the last refused table
-    bool has_now, has_before;
+    uint32_t state;     ///< a pal_intake_state; handed between tick and checker by acquire and release
+    uint32_t last_err;  ///< -pal_err of the last refused table
+    bool refused;       ///< the ring's current table was refused and not yet replaced
     pal_loop_tables tables;
 } pal_intake;
 
+/// What the loop accepts: up to 6 kN/m and 3 (N/m)/um of stiffness gradient, surfaces up to 76 degrees steep.
+pal_table_limits pal_intake_limits_default(void);
+
 /// Tick: moves things on (never blocks) and gives the tables for this tick.
 const pal_loop_tables* pal_intake_poll(pal_intake* intake, bool fading);
-/// Checker: checks the pending table, if any. True when it did.
+/// Checker: checks the pending table, if any; an id that is not newer than the one in use is refused. True
+/// when it did.
 bool pal_intake_check(pal_intake* intake);
 
 #ifdef __cplusplus
