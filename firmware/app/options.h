@@ -1,0 +1,24 @@
+/// The command line of palpate-loop.
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pal_loop_options {
+    const char* link_name;
+    const char* device_path;  ///< of `link:PATH`
+    float force_max_n;
+    uint32_t ramp_ticks;
+    bool help;
+} pal_loop_options;
+
+/// Reads argv. What is wrong goes to `complaint`, one line, and false is returned.
+bool pal_loop_options_read(int argc, char** argv, pal_loop_options* options, FILE* complaint);
+void pal_loop_options_help(FILE* out);
+
+#ifdef __cplusplus
+}
+#endif
