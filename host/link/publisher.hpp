@@ -1,5 +1,7 @@
 /// Puts finished tables into the ring, numbered in the order of publication.
 #pragma once
+#include <cstdint>
+
 #include "common/link.h"
 
 namespace palpate::link {
