@@ -1,4 +1,5 @@
-/// Thin plates and shallow shells of varying rigidity: how far a point gives way under a load. Needs Eigen only.
+/// Thin plates and shallow shells of varying rigidity: how far a point gives way under a load. Needs Eigen
+/// only.
 #pragma once
 #include <Eigen/Core>
 #include <memory>
@@ -11,9 +12,10 @@ namespace palpate::plate {
 /// A rectangular plate on a grid. Arrays are (ix, iz), corner to corner, edge nodes included.
 struct Problem {
     Eigen::Vector2d size_m{0.04, 0.04};
-    Eigen::ArrayXXd rigidity_n_m;          ///< flexural rigidity D at the nodes, > 0; at least 5 x 5
-    Eigen::ArrayXXd foundation_n_per_m3;   ///< restoring pressure per deflection at the nodes, >= 0; empty: none
-    double poisson = 0.2;                  ///< in (-1, 0.5)
+    Eigen::ArrayXXd rigidity_n_m;  ///< flexural rigidity D at the nodes, > 0; at least 5 x 5
+    Eigen::ArrayXXd
+        foundation_n_per_m3;  ///< restoring pressure per deflection at the nodes, >= 0; empty: none
+    double poisson = 0.2;     ///< in (-1, 0.5)
 };
 
 /// The first thing wrong with `problem`, in words for a person; nullopt when it can be solved.
@@ -24,16 +26,20 @@ struct Guard : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Clamped plate, energy form K = B'CB (PLATE: 13-point pattern, symmetric positive definite for every D > 0), sparse
-/// Cholesky. One factor, many questions. The sparsity analysis is kept between plates of one grid size.
+/// Clamped plate, energy form K = B'CB (13-point pattern, symmetric positive definite for every D > 0;
+/// MATH.md eq. 2-4), multifrontal Cholesky. One factor, many questions. The sparsity analysis is kept between
+/// plates of one grid size. Same bits from every compiler and level. About 0.4 ms at 33 x 33 nodes, 3 ms at
+/// 65 x 65.
 class Plate {
 public:
-    /// Throws std::invalid_argument with problem_with(problem), Guard when the factor cannot be trusted.
+    /// Throws std::invalid_argument with problem_with(problem), Guard when the factor cannot be trusted:
+    /// smallest pivot ratio, residual, energy identity and sign of the centre's compliance are checked
+    /// (MATH.md eq. 5).
     explicit Plate(const Problem& problem);
     ~Plate();
     Plate(Plate&&) noexcept;
-    /// Deflection in m at the centre node under 1 N there. The node counts must be odd. Second-order in the spacing with
-    /// a logarithm (h^2 ln 1/h).
+    /// Deflection in m at the centre node under 1 N there. The node counts must be odd. Second-order in the
+    /// spacing with a logarithm (h^2 ln 1/h).
     [[nodiscard]] double centre_compliance_m_per_n() const;
     /// Deflection at the nodes, (ix, iz), under 1 N at a node.
     [[nodiscard]] Eigen::ArrayXXd deflection_m(Eigen::Index ix, Eigen::Index iz) const;
@@ -45,19 +51,23 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Uniform clamped square plate of side 1, D = 1, point load at its centre, on a foundation with a/l = `side_over_l`
-/// (l = (D/k_f)^(1/4)): continuum centre deflection. 0.005612024 without a foundation, 1/(8 (a/l)^2) for a/l large.
-/// Relative error below 1e-5.
+/// Uniform clamped square plate of side 1, D = 1, point load at its centre, on a foundation with a/l =
+/// `side_over_l` >= 0 (l = (D/k_f)^(1/4)): continuum centre deflection. 0.005612024 without a foundation,
+/// 1/(8 (a/l)^2) for a/l large. Relative error below 1e-9 up to a/l = 24, 1e-7 beyond (MATH.md eq. 6-7).
 [[nodiscard]] double uniform_square_compliance(double side_over_l);
 
 struct Compliance {
     double m_per_n;
-    double relative_error;  ///< estimated, about the continuum
+    double relative_error;  ///< estimated, about the continuum; within a factor of 2 where it matters, else
+                            ///< pessimistic
 };
 
-/// Centre compliance extrapolated to the continuum from two grids, the finer `fine` and the coarser made of its every
-/// second node: c* = [4 (c_fine - delta_fine/D0) - (c_coarse - delta_coarse/D0)]/3, delta the uniform plate's own grid
-/// error at the local l (MATH.md; sides may differ from square only by the grid's proportion). Node counts 4 m + 1.
+/// Centre compliance extrapolated to the continuum from two grids, the finer `fine` and the coarser made of
+/// its every second node: c* = [4 (c_fine - delta_fine/D0) - (c_coarse - delta_coarse/D0)]/3, delta the
+/// uniform square's own grid error at the local l (MATH.md eq. 8-10). Exact for a uniform square; other
+/// proportions and spacings cost no order, as delta then comes from a square of the mean spacing. Node counts
+/// 4 m + 1, at least 9. Smooth in D and k_f. Throws as Plate does. About 0.45 ms at 33 x 33; a thread's first
+/// call with a new grid and range of a/l some 20 times that.
 [[nodiscard]] Compliance extrapolated_centre_compliance(const Problem& fine);
 
 }  // namespace palpate::plate
