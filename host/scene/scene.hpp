@@ -1,12 +1,15 @@
-/// A scene file: what is touched, how, by whom, and what is expected of it. Every key and its default: docs/SCENE.md.
+/// A scene file: what is touched, how, by whom, and what is expected of it. Every key and its default:
+/// docs/SCENE.md.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace palpate::scene {
@@ -32,26 +35,28 @@ enum class Model { shell, plate };
 
 struct Skin {
     Model model = Model::shell;
-    double young_pa = 0.0;      ///< required
-    double thickness_m = 0.0;   ///< required
+    double young_pa = 0.0;     ///< required
+    double thickness_m = 0.0;  ///< required
     double poisson = 0.45;
     std::string depth_law = "linear";  ///< `auto` is refused by name until the plate's reference brings it
     double foundation_n_per_m3 = 0.0;
 };
 
-/// Procedural change of Young's modulus at the points, in order, each times what is there. Object metres after scaling.
+/// Procedural change of Young's modulus at the points, in order, each times what is there. Object metres
+/// after scaling.
 struct Change {
     enum class Shape { nodule, gradient } shape = Shape::nodule;
-    Vec3 at_m{};                     ///< nodule: projected onto the scan
-    double radius_m = 0.0, edge_m = 0.0;  ///< nodule: full factor inside radius - edge/2, none outside radius + edge/2
-    Vec3 from_m{}, to_m{};           ///< gradient
+    Vec3 at_m{};  ///< nodule: projected onto the scan
+    double radius_m = 0.006,
+           edge_m = 0.002;  ///< nodule: full factor inside radius - edge/2, none outside radius + edge/2
+    Vec3 from_m{}, to_m{};  ///< gradient
     std::array<double, 2> factor{1.0, 1.0};  ///< gradient: at from and at to; nodule: [0]
 };
 
 struct Placement {
-    Vec3 focus_m{};              ///< this object point goes to ...
-    Vec3 at_m{};                 ///< ... this workspace point (0 = its middle)
-    std::string facing = "keep"; ///< keep | operator
+    Vec3 focus_m{};               ///< this object point goes to ...
+    Vec3 at_m{};                  ///< ... this workspace point (0 = its middle)
+    std::string facing = "keep";  ///< keep | operator
     Vec3 turn_deg{};
     double position_scale = 1.0, force_scale = 1.0;
 };
@@ -72,9 +77,9 @@ struct Patch {
 };
 
 struct Solver {
-    double tolerance = 1e-3;         ///< of k
-    std::uint32_t table_nodes = 0;   ///< 0: from the tolerance
-    std::uint32_t delay_ticks = 8;   ///< virtual clock: request to publication
+    double tolerance = 1e-3;        ///< of k
+    std::uint32_t table_nodes = 0;  ///< 0: from the tolerance
+    std::uint32_t delay_ticks = 8;  ///< virtual clock: request to publication
 };
 
 struct Device {
@@ -83,8 +88,8 @@ struct Device {
 
 struct PathPoint {
     double t_s = 0.0;
-    Vec3 at_m{};          ///< object metres, projected onto the scan
-    double depth_m = 0.0; ///< of the tool's lowest point below the undeformed skin
+    Vec3 at_m{};           ///< object metres, projected onto the scan
+    double depth_m = 0.0;  ///< of the tool's lowest point below the undeformed skin
 };
 
 struct Hand {
@@ -122,21 +127,35 @@ struct Scene {
     Run run;
     std::vector<Expect> expect;
     std::vector<std::string> set;  ///< the --set that were applied, in order
-    std::uint64_t hash = 0;        ///< XXH64 of resolved_toml without `file`
+    std::uint64_t hash = 0;        ///< XXH64 of the resolved text; object.points without its folders
+    std::map<std::string, std::string> places;  ///< of each value that was given; see where()
 };
 
-/// Reads and checks a scene; `overrides` are `section.key=value` as TOML values (a bare word counts as a string).
-/// Unknown keys are refused with the nearest known one. Throws Error.
+/// Reads and checks a scene; `overrides` are `section.key=value` as TOML values (a bare word counts as a
+/// string). Unknown keys are refused with the nearest known one. Throws Error.
 [[nodiscard]] Scene load(const std::filesystem::path& file, std::span<const std::string> overrides = {});
 
-/// Every key, every default, every override: reads back to the same scene and runs by itself (object.points absolute or
-/// relative to `directory`).
+/// The same from text, such as a record's resolved scene; `file` is where object.points is looked for, and
+/// for errors.
+[[nodiscard]] Scene parse(std::string_view toml, const std::filesystem::path& file,
+                          std::span<const std::string> overrides = {});
+
+/// Where a value was given, to begin an error with: "bunny.toml:41" or "--set hand.path". `name` as in
+/// "skin.young_pa", "hand.path[3]", "change[1].at_m"; the file alone when it was not given.
+[[nodiscard]] std::string where(const Scene& scene, const std::string& name);
+
+/// Every key, every default, every override: reads back to the same scene and runs by itself (object.points
+/// absolute or relative to `directory`).
 [[nodiscard]] std::string resolved_toml(const Scene& scene, const std::filesystem::path& directory);
 
-/// The object's file: relative to the scene, then in /usr/share/glmark2/models. Throws Error, naming `package`.
+/// The object's file: relative to the scene, then in /usr/share/glmark2/models. Throws Error, naming
+/// `package`.
 [[nodiscard]] std::filesystem::path points_file(const Scene& scene);
 
 /// Length of the path or run.duration_s, s.
 [[nodiscard]] double duration_s(const Scene& scene);
+
+/// docs/SCENE.md, from the table of keys.
+[[nodiscard]] std::string scene_markdown();
 
 }  // namespace palpate::scene
