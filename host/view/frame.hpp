@@ -29,13 +29,13 @@ struct Frame {
     double t_s = 0.0;
     Eigen::Vector3f tool_m{0, 0, 0};
     float tool_radius_m = 0.003F;
-    std::optional<Eigen::Vector3f> proxy_m;   ///< where the tool would rest on the undeformed skin
-    std::optional<Eigen::Vector3f> normal;    ///< contact normal there
-    Eigen::Vector3f force_n{0, 0, 0};         ///< on the hand
+    std::optional<Eigen::Vector3f> proxy_m;  ///< where the tool would rest on the undeformed skin
+    std::optional<Eigen::Vector3f> normal;   ///< contact normal there
+    Eigen::Vector3f force_n{0, 0, 0};        ///< on the hand
     float depth_m = 0.0F;
-    float k_n_per_m = 0.0F;                   ///< 0 without contact
-    std::vector<Moved> dip;                   ///< the deformed skin
-    std::string rate_line;                    ///< "haptics 1000 Hz  missed 0  table 12 ms"
+    float k_n_per_m = 0.0F;  ///< 0 without contact
+    std::vector<Moved> dip;  ///< the deformed skin
+    std::string rate_line;   ///< "haptics 1000 Hz  missed 0  table 12 ms"
 };
 
 /// Frames of a run by time.
