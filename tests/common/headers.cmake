@@ -1,0 +1,18 @@
+# pal_headers_compile_alone(<target> <folder>...): every header of the folders, as the only include of a C11 and of a
+# C++20 file.
+function(pal_headers_compile_alone target)
+  set(sources)
+  foreach(folder IN LISTS ARGN)
+    file(GLOB headers RELATIVE ${PAL_ROOT} CONFIGURE_DEPENDS ${PAL_ROOT}/${folder}/*.h)
+    foreach(header IN LISTS headers)
+      string(MAKE_C_IDENTIFIER ${header} name)
+      foreach(ext c cpp)
+        set(file ${CMAKE_CURRENT_BINARY_DIR}/alone/${name}.${ext})
+        file(CONFIGURE OUTPUT ${file} CONTENT "#include \"${header}\"\n#include \"${header}\"\nint ${name}_${ext};\n")
+        list(APPEND sources ${file})
+      endforeach()
+    endforeach()
+  endforeach()
+  add_library(${target} OBJECT ${sources})
+  target_link_libraries(${target} PRIVATE pal_flags)
+endfunction()
