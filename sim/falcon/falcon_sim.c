@@ -52,8 +52,11 @@ bool pal_falcon_sim_init(pal_falcon_sim* sim, const pal_falcon_sim_config* confi
     return true;
 }
 
+/// Nearest count.
 static int32_t counts_at(double theta_rad) {
-    return (int32_t)floor((theta_rad - THETA_ZERO_RAD) * COUNTS_PER_RAD + 0.5);
+    const double counts = (theta_rad - THETA_ZERO_RAD) * COUNTS_PER_RAD + 0.5;
+    const int32_t towards_zero = (int32_t)counts;
+    return towards_zero - (counts < (double)towards_zero ? 1 : 0);
 }
 
 /// A 16-bit counter wraps.

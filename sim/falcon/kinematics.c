@@ -37,12 +37,13 @@ static void sin_cos_small(double x, double* sine, double* cosine) {
 }
 
 void pal_falcon_sin_cos(double angle_rad, double* sine, double* cosine) {
-    const double quarters = floor(angle_rad / PI_HALF + 0.5);  // -2 .. 2
+    const int n_quarters = (int)(angle_rad / PI_HALF + 4.5) - 4;  // nearest, -2 .. 2
+    const double quarters = (double)n_quarters;
     const double rest = (angle_rad - quarters * PI_HALF) - quarters * PI_HALF_LOW;
     double s;
     double c;
     sin_cos_small(rest, &s, &c);
-    const int q = ((int)quarters + 4) % 4;
+    const int q = (n_quarters + 4) % 4;
     const double sines[4] = {s, c, -s, -c};
     const double cosines[4] = {c, -s, -c, s};
     *sine = sines[q];
