@@ -249,7 +249,7 @@ private:
         const std::int64_t n = body_.count(property);
         if (n < 0 || !body_.can_hold(n, property))
             body_.here().fail("a list " + property.name + " of length " + std::to_string(n) +
-                              "; it must be from 0 to what the file still holds");
+                              "; it must be from 0 to what the file still holds, or the file is truncated");
         if (use == Use::corners) {
             corners_.clear();
             for (std::int64_t i = 0; i < n; ++i) corners_.push_back(corner(property));
