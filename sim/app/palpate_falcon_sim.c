@@ -73,15 +73,6 @@ static bool parse_grip(const char* text, pal_hand_config* hand) {
     return true;
 }
 
-/// SplitMix64: one number of a seeded sequence.
-static uint64_t next_random(uint64_t* state) {
-    *state += 0x9E3779B97F4A7C15U;
-    uint64_t z = *state;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31);
-}
-
 typedef struct arguments {
     const char* path_file;
     unsigned long long ramp_ticks, seed, watchdog_ms;
@@ -145,10 +136,7 @@ static int serve(arguments* args) {
     hand->wait_ticks = (uint32_t)args->ramp_ticks;
     falcon->watchdog_ticks = (uint32_t)args->watchdog_ms;
     if (hand->stiffness_n_per_m > 0.0) hand->weight_n = falcon->mass_kg * falcon->gravity_m_per_s2;
-    uint64_t random = args->seed;
-    for (int i = 0; i < 3; ++i) {
-        falcon->start_offset_counts[i] = (int16_t)((int32_t)(next_random(&random) & 0xFFFF) - 0x8000);
-    }
+    pal_falcon_sim_seed(falcon, args->seed);
     const int code = pal_serve(&args->serve);
     free(path.points);
     return code;
@@ -157,7 +145,7 @@ static int serve(arguments* args) {
 int main(int argc, char** argv) {
     arguments args = {.ramp_ticks = 1500, .seed = 1, .watchdog_ms = 100};
     args.serve.falcon = pal_falcon_sim_config_default();
-    args.serve.hand.home_in_m[2] = 0.070;  // a little beyond the homing reference
+    args.serve.hand.home_in_m[2] = PAL_HAND_HOME_IN_Z_M;
     (void)parse_grip("light", &args.serve.hand);
     for (int i = 1; i < argc; ++i) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return fputs(HELP, stdout) < 0;

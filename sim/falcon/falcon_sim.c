@@ -32,6 +32,21 @@ pal_falcon_sim_config pal_falcon_sim_config_default(void) {
     return config;
 }
 
+/// SplitMix64: one number of a seeded sequence.
+static uint64_t next_random(uint64_t* state) {
+    *state += 0x9E3779B97F4A7C15U;
+    uint64_t z = *state;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+    return z ^ (z >> 31);
+}
+
+void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed) {
+    for (int i = 0; i < 3; ++i) {
+        config->start_offset_counts[i] = (int16_t)((int32_t)(next_random(&seed) & 0xFFFF) - 0x8000);
+    }
+}
+
 static bool is_sane(const pal_falcon_sim_config* c) {
     return c->mass_kg > 0.0 && c->mass_kg < 100.0 && fabs(c->gravity_m_per_s2) < 100.0 &&
            c->viscous_n_s_per_m >= 0.0 && c->viscous_n_s_per_m < 1e4 && c->coulomb_n >= 0.0 &&

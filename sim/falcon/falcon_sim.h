@@ -27,6 +27,9 @@ typedef struct pal_falcon_sim_config {
 } pal_falcon_sim_config;
 
 pal_falcon_sim_config pal_falcon_sim_config_default(void);
+/// Draws what differs from device to device and from power-on to power-on: what the counters read before
+/// homing.
+void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed);
 
 typedef struct pal_falcon_sim {
     pal_falcon_sim_config config;

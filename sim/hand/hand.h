@@ -8,6 +8,9 @@
 extern "C" {
 #endif
 
+/// Where a hand pushes to for homing: a little beyond the homing reference, device frame.
+#define PAL_HAND_HOME_IN_Z_M 0.070
+
 typedef struct pal_hand_point {
     double t_s;      ///< since the path began; increasing
     double at_m[3];  ///< tool centre that the hand wants, device frame

@@ -1,0 +1,35 @@
+/// A program started by this one, and always ended with it.
+#pragma once
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace palpate::app {
+
+class Child {
+public:
+    /// Starts `program` with `arguments`; its stdout and stderr are appended to `log`. Throws std::runtime_error.
+    Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+          const std::filesystem::path& log);
+    /// Sends SIGTERM if it still runs, and SIGKILL when it does not end within a second.
+    ~Child();
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+    [[nodiscard]] pid_t pid() const { return pid_; }
+    /// "exit 3", "signal 9", or nullopt while it runs. Never waits.
+    [[nodiscard]] std::optional<std::string> ended();
+    /// Waits at most `timeout_ms`; whether it ended.
+    bool wait(int timeout_ms);
+
+private:
+    pid_t pid_ = -1;
+    std::optional<std::string> how_;
+};
+
+/// A program beside this one (palpate-loop, palpate-falcon-sim, ...).
+[[nodiscard]] std::filesystem::path program_beside(const std::string& name);
+
+}  // namespace palpate::app

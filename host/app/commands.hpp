@@ -1,0 +1,15 @@
+/// The commands of `palpate`, each: how its command line reads, and what it does. Exit codes: 0 done, 1 a verdict
+/// failed, 2 bad input, 3 device or link failed, 130 interrupted.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace palpate::app {
+
+/// Adds the command; `chosen` is set to what it does when the command line names it.
+void add_run(CLI::App& palpate, std::function<int()>& chosen);
+#ifdef PALPATE_HAS_VIEW
+void add_view(CLI::App& palpate, std::function<int()>& chosen);
+#endif
+
+}  // namespace palpate::app

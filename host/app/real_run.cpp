@@ -1,0 +1,262 @@
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+#include <thread>
+
+#include "host/app/child.hpp"
+#include "host/app/interrupt.hpp"
+#include "host/app/run.hpp"
+#include "host/link/publisher.hpp"
+#include "host/link/segment.hpp"
+
+namespace palpate::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int START_TIMEOUT_MS = 3000;
+constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
+constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
+constexpr std::uint32_t TAIL_TICKS = 100;
+
+std::uint64_t monotonic_ns() { return static_cast<std::uint64_t>(Clock::now().time_since_epoch().count()); }
+
+/// A folder of its own for sockets and the hand's path; gone with the run.
+class Scratch {
+public:
+    Scratch() {
+        std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
+        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot create a scratch folder");
+        path_ = name;
+    }
+    ~Scratch() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+    [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path_ / name; }
+
+private:
+    std::filesystem::path path_;
+};
+
+std::string micrometres(double m) { return std::to_string(std::llround(1e6 * m)); }
+
+void write_path(const std::filesystem::path& file, const std::vector<DevicePoint>& path) {
+    std::ofstream out(file);
+    out << "palpate-path 1\n";
+    for (const DevicePoint& p : path) {
+        out << micrometres(p.t_s) << ' ' << micrometres(p.at_m[0]) << ' ' << micrometres(p.at_m[1]) << ' '
+            << micrometres(p.at_m[2]) << '\n';
+    }
+    if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+std::string number(double value) {
+    std::ostringstream out;
+    out << value;
+    return out.str();
+}
+
+std::vector<std::string> device_arguments(const scene::Scene& scene, const Scratch& scratch) {
+    const scene::Hand& hand = scene.hand;
+    return {"serve", "--socket", (scratch / "falcon").string(), "--path", (scratch / "path").string(), "--grip",
+            number(hand.mass_kg) + "," + number(hand.stiffness_n_per_m) + "," + number(hand.damping_n_s_per_m),
+            "--ramp-ticks", std::to_string(std::max(1L, std::lround(1e3 * scene.touch.ramp_s))), "--seed",
+            std::to_string(scene.run.seed), "--die-with-parent"};
+}
+
+std::vector<std::string> loop_arguments(const scene::Scene& scene, const Scratch& scratch, const std::string& link) {
+    return {"--link", link, "--device", "link:" + (scratch / "falcon").string(), "--force-max-n",
+            number(scene.touch.force_max_n), "--ramp-ticks", std::to_string(std::lround(1e3 * scene.touch.ramp_s))};
+}
+
+/// What the simulated Falcon says of itself, one JSON line.
+std::string ask_device(const Scratch& scratch) {
+    const std::string command = program_beside("palpate-falcon-sim").string() + " status --socket " +
+                                (scratch / "falcon").string() + " 2>&1";
+    std::string answer;
+    if (FILE* pipe = popen(command.c_str(), "r")) {
+        std::array<char, 512> text{};
+        while (std::fgets(text.data(), static_cast<int>(text.size()), pipe) != nullptr) answer += text.data();
+        pclose(pipe);
+    }
+    while (!answer.empty() && answer.back() == '\n') answer.pop_back();
+    return answer;
+}
+
+/// Builds and publishes tables for the newest record, off the thread that watches.
+class TableThread {
+public:
+    TableThread(const Prepared& prepared, pal_link& link)
+        : server_(*prepared.world, *prepared.field, prepared.options), publisher_(link), thread_([this] { work(); }) {}
+    ~TableThread() { stop(); }
+    void offer(const pal_tick& record) {
+        const std::lock_guard lock(mutex_);
+        newest_ = record;
+        fresh_ = true;
+    }
+    void stop() {
+        stopping_ = true;
+        if (thread_.joinable()) thread_.join();
+    }
+    [[nodiscard]] const std::map<std::uint64_t, record::TableBytes>& tables() const { return tables_; }
+    [[nodiscard]] const table::Server& server() const { return server_; }
+
+private:
+    bool take(pal_tick& record) {
+        const std::lock_guard lock(mutex_);
+        record = newest_;
+        return std::exchange(fresh_, false);
+    }
+    void work() {
+        while (!stopping_) {
+            pal_tick record{};
+            const std::unique_ptr<pal_table> table = take(record) ? server_.update(record) : nullptr;
+            if (table) {
+                publisher_.publish(*table);
+                tables_[table->id] = record::table_bytes(*table);
+            } else {
+                std::this_thread::sleep_for(LOOK_EVERY);
+            }
+        }
+    }
+    table::Server server_;
+    link::Publisher publisher_;
+    std::map<std::uint64_t, record::TableBytes> tables_;
+    std::mutex mutex_;
+    pal_tick newest_{};
+    bool fresh_ = false;
+    std::atomic<bool> stopping_{false};
+    std::thread thread_;
+};
+
+/// Reads the loop's records and numbers the path's ticks: the path begins a ramp after homing, here as in the device.
+class Watcher {
+public:
+    Watcher(const pal_link& link, std::uint32_t ramp_ticks) : link_(&link), ramp_ticks_(ramp_ticks) {}
+    /// Appends what is new; the newest record, if any.
+    const pal_tick* drain(std::vector<pal_tick>& ticks) {
+        const std::size_t before = ticks.size();
+        pal_tick record{};
+        while (pal_state_ring_read(&link_->ticks, &reader_, &record)) {
+            if (homed_tick_ == 0 && record.state != PAL_STATE_HOMING && record.state != PAL_STATE_DISABLED) {
+                homed_tick_ = record.tick;
+            }
+            const std::uint32_t begun = homed_tick_ + ramp_ticks_;
+            if (homed_tick_ != 0 && record.tick > begun) record.path_tick = record.tick - begun;
+            ticks.push_back(record);
+        }
+        return ticks.size() > before ? &ticks.back() : nullptr;
+    }
+
+private:
+    const pal_link* link_;
+    std::uint32_t ramp_ticks_, homed_tick_ = 0;
+    pal_state_reader reader_{};
+};
+
+/// Ticks per second over the last half second or so.
+class Rate {
+public:
+    double now(std::size_t n_ticks) {
+        const auto at = Clock::now();
+        const double s = std::chrono::duration<double>(at - since_).count();
+        if (s > 0.5) {
+            hz_ = static_cast<double>(n_ticks - n_) / s;
+            since_ = at;
+            n_ = n_ticks;
+        }
+        return hz_;
+    }
+
+private:
+    Clock::time_point since_ = Clock::now();
+    std::size_t n_ = 0;
+    double hz_ = 0.0;
+};
+
+void wait_for_device(Child& device, const Scratch& scratch, const std::filesystem::path& log) {
+    for (int waited = 0; waited < START_TIMEOUT_MS; waited += 5) {
+        if (std::filesystem::exists(scratch / "falcon")) return;
+        if (const auto how = device.ended()) {
+            throw std::runtime_error("palpate-falcon-sim ended at once (" + *how + "); see " + log.string());
+        }
+        usleep(5000);
+    }
+    throw std::runtime_error("palpate-falcon-sim did not open its socket within 3 s; see " + log.string());
+}
+
+bool finished(const std::vector<pal_tick>& ticks, std::uint32_t path_ticks) {
+    if (ticks.empty()) return false;
+    return ticks.back().path_tick > path_ticks + TAIL_TICKS ||
+           (ticks.back().path_tick == 0 && ticks.back().tick > HOMING_TICKS_MAX);
+}
+
+}  // namespace
+
+RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
+                   const std::filesystem::path& log) {
+    const scene::Scene& scene = prepared.world->scene;
+    const Scratch scratch;
+    const link::Segment segment;
+    pal_link& link = segment.link();
+    write_path(scratch / "path", device_path(*prepared.world));
+    Child device(program_beside("palpate-falcon-sim"), device_arguments(scene, scratch), log);
+    wait_for_device(device, scratch, log);
+    pal_link_store(&link.host.enable, 1);
+    RunResult result;
+    result.start_unix_ns =
+        static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
+    result.start_monotonic_ns = monotonic_ns();
+    Child loop(program_beside("palpate-loop"), loop_arguments(scene, scratch, segment.name()), log);
+    TableThread tables(prepared, link);
+    Watcher watcher(link, static_cast<std::uint32_t>(std::lround(1e3 * scene.touch.ramp_s)));
+    Rate rate;
+    for (std::uint32_t beat = 1; !finished(result.ticks, path_ticks(*prepared.world)); ++beat) {
+        pal_link_store(&link.host.heartbeat, beat);
+        pal_link_store(&link.host.enable, rig.enable() ? 1 : 0);
+        if (rig.estop()) pal_link_store(&link.host.estop, 1);
+        if (const pal_tick* newest = watcher.drain(result.ticks)) {
+            tables.offer(*newest);
+            const double hz = rate.now(result.ticks.size());
+            rig.show(*newest, hz);
+            progress.show("real time  " + status_line(*newest, hz));
+        }
+        if (const auto how = loop.ended()) {
+            result.failure = "palpate-loop ended in mid-run (" + *how + "); see " + log.string();
+            break;
+        }
+        if (const auto how = device.ended()) {
+            result.failure = "palpate-falcon-sim ended in mid-run (" + *how + "); see " + log.string();
+            break;
+        }
+        if (interrupted()) {
+            result.interrupted = true;
+            break;
+        }
+        std::this_thread::sleep_for(LOOK_EVERY);
+    }
+    tables.stop();
+    pal_link_store(&link.host.stop, 1);
+    if (!loop.wait(1000) && result.failure.empty()) result.failure = "palpate-loop did not end when asked to";
+    watcher.drain(result.ticks);
+    result.end_monotonic_ns = monotonic_ns();
+    result.device_status = ask_device(scratch);
+    result.tables = tables.tables();
+    result.n_tables_built = tables.server().n_built();
+    result.n_tables_refused = tables.server().n_refused();
+    return result;
+}
+
+}  // namespace palpate::app

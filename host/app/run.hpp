@@ -1,0 +1,66 @@
+/// One run of a scene: the same server, ring and step in virtual and in real time.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/link.h"
+#include "host/app/progress.hpp"
+#include "host/record/record.hpp"
+#include "host/scene/world.hpp"
+#include "host/table/server.hpp"
+
+namespace palpate::app {
+
+/// What an outside client (a test rig) sees and asks for during a run; all absent without one.
+struct Operator {
+    std::function<void(const pal_tick&, double rate_hz)> show = [](const pal_tick&, double) {};
+    std::function<bool()> estop = [] { return false; };
+    std::function<bool()> enable = [] { return true; };
+};
+
+/// A scene ready to be felt: its world and the stiffness that the path can reach.
+struct Prepared {
+    std::unique_ptr<scene::World> world;
+    std::unique_ptr<table::StiffnessField> field;
+    table::BuildOptions options;
+};
+/// Builds and bakes. Throws what world and cloud throw.
+[[nodiscard]] Prepared prepare(std::unique_ptr<scene::World> world, Progress& progress);
+
+struct RunResult {
+    std::vector<pal_tick> ticks;
+    std::map<std::uint64_t, record::TableBytes> tables;
+    std::string digest_io, digest_state;  ///< empty in real time
+    std::size_t n_tables_built = 0, n_tables_refused = 0;
+    std::uint64_t start_unix_ns = 0, start_monotonic_ns = 0, end_monotonic_ns = 0;
+    bool interrupted = false;
+    std::string failure;        ///< a process or device that failed, in words; empty when all went well
+    std::string device_status;  ///< JSON line of the simulated device after a real run
+};
+
+/// Lockstep: device, loop and host advance by ticks. `before_publish` may change a table on its way (tests only).
+[[nodiscard]] RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& progress,
+                                    const std::function<void(pal_table&)>& before_publish = [](pal_table&) {});
+
+/// Three processes by the wall clock: this one, palpate-loop and palpate-falcon-sim, found beside this program; what they print goes to `log`.
+[[nodiscard]] RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
+                                 const std::filesystem::path& log);
+
+/// The hand's path in the device frame, one point every 10 ms.
+struct DevicePoint {
+    double t_s, at_m[3];
+};
+[[nodiscard]] std::vector<DevicePoint> device_path(const scene::World& world);
+
+/// Ticks from a path's begin to the run's end.
+[[nodiscard]] std::uint32_t path_ticks(const scene::World& world);
+
+/// "1000 Hz  depth 2.9 mm  force 1.45 N  table 12 ms  missed 0".
+[[nodiscard]] std::string status_line(const pal_tick& tick, double rate_hz);
+
+}  // namespace palpate::app

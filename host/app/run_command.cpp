@@ -1,0 +1,251 @@
+#include <array>
+#include <ctime>
+#include <iostream>
+#include <optional>
+
+#include "host/app/build_info.hpp"
+#include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
+#include "host/app/run.hpp"
+#include "host/app/touch_picture.hpp"
+#include "host/report/figures.hpp"
+#include "host/report/pictures.hpp"
+#include "sim/stand/stand.h"
+#ifdef PALPATE_HAS_RIG
+#include "host/app/rig_operator.hpp"
+#endif
+
+namespace palpate::app {
+namespace {
+
+struct RunOptions {
+    std::string scene, clock, out, device, rig, check = "sample";
+    double duration_s = 0.0;
+    std::vector<std::string> set;
+    bool json = false, quiet = false;
+};
+
+std::vector<std::string> overrides_of(const RunOptions& options) {
+    std::vector<std::string> overrides = options.set;
+    if (!options.clock.empty()) overrides.push_back("run.clock=" + options.clock);
+    if (!options.device.empty()) overrides.push_back("device.backend=" + options.device);
+    if (options.duration_s > 0.0) overrides.push_back("run.duration_s=" + std::to_string(options.duration_s));
+    return overrides;
+}
+
+std::string utc(std::uint64_t unix_ns) {
+    const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000U);
+    std::tm parts{};
+    gmtime_r(&seconds, &parts);
+    std::array<char, 32> text{};
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text.data();
+}
+
+std::string hex(std::uint64_t value) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+    return text.data();
+}
+
+std::string command_of(const RunOptions& options) {
+    std::string command = "palpate run " + options.scene;
+    for (const std::string& set : overrides_of(options)) command += " --set " + set;
+    return command + " --check " + options.check;
+}
+
+nlohmann::json object_json(const scene::World& world) {
+    return {{"name", world.object_name}, {"hash", hex(world.object_hash)}, {"n_points", world.cloud.points_m.size()},
+            {"n_repeated_points", world.cloud.n_duplicates}, {"spacing_m", world.spacing_m}};
+}
+
+/// The loop's look-up and the table builder, for the error analysis.
+report::LoopModel loop_model(const Prepared& prepared) {
+    return {.table_force_n =
+                [](const pal_table& table, const Eigen::Vector3d& at_m) {
+                    const Eigen::Vector3f at = at_m.cast<float>();
+                    Eigen::Vector3f force = Eigen::Vector3f::Zero();
+                    pal_stand_table_force(&table, at.data(), force.data());
+                    return Eigen::Vector3d(force.cast<double>());
+                },
+            .fresh_table =
+                [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
+                const scene::World& world = *prepared.world;
+                const auto foot = world.surface->foot(at_m, world.tree->nearest(at_m));
+                if (!foot) return nullptr;
+                table::BuildOptions options = prepared.options;
+                options.n_nodes = 7;  // the look-up reads four by four; the rest would only cost time
+                auto table = table::build(*world.surface, *prepared.field, options, at_m, *foot, 0);
+                if (table) {
+                    table->id = 1;
+                    pal_table_seal(table.get());
+                }
+                return table;
+            }};
+}
+
+nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,
+                          Progress& progress) {
+    const scene::World& world = *prepared.world;
+    const bool is_virtual = world.scene.run.clock == "virtual";
+    nlohmann::json summary = {{"schema", "palpate.summary/1"},     {"palpate", PALPATE_VERSION},
+                              {"build", PALPATE_BUILD},            {"scene_hash", hex(world.scene.hash)},
+                              {"command", command_of(options)},    {"started_utc", utc(result.start_unix_ns)},
+                              {"clock", world.scene.run.clock},    {"title", world.scene.title},
+                              {"object", object_json(world)},      {"source_hash", hex(world.source_hash)},
+                              {"interrupted", result.interrupted}, {"failure", result.failure}};
+    summary["duration_wall_s"] = 1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns);
+    summary["tables"] = {{"built", result.n_tables_built}, {"published", result.tables.size()},
+                         {"refused_places", result.n_tables_refused}};
+    summary["stiffness_points"] = {{"solved", prepared.field->n_solved()}, {"saddles", prepared.field->n_saddles()}};
+    for (const char* name : {"digest_io", "digest_state"}) {
+        const std::string& digest = name == std::string("digest_io") ? result.digest_io : result.digest_state;
+        if (is_virtual) {
+            summary[name] = digest;
+        } else {
+            summary[name] = nullptr;
+            summary[std::string(name) + "_why"] = "real time is not repeatable";
+        }
+    }
+    summary.update(report::run_figures(world, result.ticks));
+    const report::StiffnessRatio ratio = report::stiffness_ratio(world, result.ticks);
+    summary["stiffness_ratio"] = ratio.value ? nlohmann::json(*ratio.value) : nlohmann::json(nullptr);
+    if (!ratio.value) summary["stiffness_ratio_why"] = ratio.why;
+    summary["stiffness_ratio_ticks"] = {{"over", ratio.n_over}, {"beside", ratio.n_beside}};
+    std::optional<report::ForceError> error;
+    if (is_virtual && !result.interrupted) {
+        error = report::force_error(world, result.ticks, result.tables, loop_model(prepared), options.check == "full",
+                                    [&](double share) {
+                                        progress.show("checking forces against the plate, " +
+                                                      std::to_string(std::lround(100.0 * share)) + " %");
+                                    });
+    }
+    report::add_force_error(summary, error,
+                            !is_virtual          ? "in real time the true place between two ticks is not known"
+                            : result.interrupted ? "the run was interrupted"
+                                                 : "there was no contact");
+    if (!result.device_status.empty()) {
+        summary["device"] = nlohmann::json::parse(result.device_status, nullptr, false);
+        if (summary["device"].is_discarded()) summary["device"] = {{"no_answer", result.device_status}};
+    }
+    return summary;
+}
+
+/// Sets "verdict": what failed, or "pass". A real-time run is measured, not judged.
+int judge(const scene::World& world, const RunResult& result, nlohmann::json& summary) {
+    const bool judged = world.scene.run.clock == "virtual";
+    std::vector<std::string> failed = judged ? report::failed_expectations(world.scene, summary) : std::vector<std::string>{};
+    summary["verdict"] = !result.failure.empty() ? "fail" : result.interrupted ? "interrupted" : !judged ? "measured"
+                         : failed.empty()        ? "pass" : "fail";
+    summary["verdict_reasons"] = failed;
+    if (result.interrupted) return 130;
+    if (!result.failure.empty()) return 3;
+    return failed.empty() ? 0 : 1;
+}
+
+nlohmann::json record_header(const RunOptions& options, const Prepared& prepared, const RunResult& result,
+                             const std::string& scene_toml) {
+    const scene::World& world = *prepared.world;
+    return {{"schema", "palpate.record/1"}, {"palpate", PALPATE_VERSION}, {"build", PALPATE_BUILD},
+            {"command", command_of(options)}, {"scene_hash", hex(world.scene.hash)}, {"scene", scene_toml},
+            {"object", object_json(world)}, {"started_utc", utc(result.start_unix_ns)},
+            {"start_unix_ns", result.start_unix_ns}, {"start_monotonic_ns", result.start_monotonic_ns},
+            {"end_monotonic_ns", result.end_monotonic_ns}, {"device", "simulated novint-falcon"}};
+}
+
+std::filesystem::path output_directory(const RunOptions& options) {
+    if (!options.out.empty()) return options.out;
+    return std::filesystem::path("out") / std::filesystem::path(options.scene).stem();
+}
+
+void write_results(const std::filesystem::path& directory, const RunOptions& options, const Prepared& prepared,
+                   const RunResult& result, Progress& progress) {
+    const std::string scene_toml = scene::resolved_toml(prepared.world->scene, std::filesystem::absolute(directory));
+    record::write_file(directory / "scene.toml", scene_toml);
+    record::write(directory / "run.palrec",
+                  {record_header(options, prepared, result, scene_toml), result.ticks, result.tables});
+    record::write_ticks_csv(directory / "ticks.csv", result.ticks);
+    record::write_ticks_json(directory / "ticks.json");
+    record::write_events_csv(directory / "events.csv", result.ticks);
+    const std::string words = report::draw_pictures(directory, prepared.world->scene.title);
+    if (!words.empty()) progress.done(words);
+    const std::string more = draw_touch(directory / "touch.png", prepared, result);
+    if (!more.empty()) progress.done(more);
+}
+
+void say(const nlohmann::json& summary, const std::filesystem::path& directory) {
+    const auto percent = [&](const char* name) {
+        if (!summary[name].is_number()) return "not known (" + summary[std::string(name) + "_why"].get<std::string>() + ")";
+        std::array<char, 32> text{};
+        std::snprintf(text.data(), text.size(), "%.2f %%", 100.0 * summary[name].get<double>());
+        return std::string(text.data());
+    };
+    std::cerr << "verdict: " << summary["verdict"].get<std::string>() << '\n';
+    for (const auto& reason : summary["verdict_reasons"]) std::cerr << "  " << reason.get<std::string>() << '\n';
+    if (!summary["failure"].get<std::string>().empty()) std::cerr << "  " << summary["failure"].get<std::string>() << '\n';
+    std::cerr << "force error: rms " << percent("force_error_rms_relative") << ", max "
+              << percent("force_error_max_relative") << '\n'
+              << "stiffness over the nodule against beside it: " << summary["stiffness_ratio"].dump() << '\n'
+              << "stop: " << summary["stop"].get<std::string>() << ", missed ticks: " << summary["n_missed_ticks"] << '\n';
+    if (summary["digest_io"].is_string()) {
+        std::cerr << "digest: io " << summary["digest_io"].get<std::string>() << ", state "
+                  << summary["digest_state"].get<std::string>() << '\n';
+    }
+    if (summary.contains("depth_over_thickness_warning")) {
+        std::cerr << "depth/h up to " << summary["depth_over_thickness_max"] << ": "
+                  << summary["depth_over_thickness_warning"].get<std::string>() << '\n';
+    }
+    std::cerr << "results: " << directory.string()
+              << " (summary.json, force.png, curve.png, touch.png, run.palrec, ticks.csv)\n";
+}
+
+int run(const RunOptions& options) {
+    catch_interrupts();
+    const scene::Scene scene = scene::load(options.scene, overrides_of(options));
+    record::OutputDirectory out(output_directory(options));
+    Progress progress(options.quiet);
+    Operator rig;
+#ifdef PALPATE_HAS_RIG
+    const auto server = options.rig.empty() ? nullptr : std::make_unique<RigOperator>(options.rig, progress);
+    if (server) rig = server->as_operator();
+#endif
+    const Prepared prepared = prepare(scene::build(scene), progress);
+    const bool is_virtual = scene.run.clock == "virtual";
+    const RunResult result = is_virtual ? run_virtual(prepared, rig, progress)
+                                        : run_real(prepared, rig, progress, out.path() / "log.txt");
+    nlohmann::json summary = summary_of(options, prepared, result, progress);
+    const int code = judge(*prepared.world, result, summary);
+    write_results(out.path(), options, prepared, result, progress);
+    record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
+    out.commit();
+    if (!options.quiet) say(summary, output_directory(options));
+    if (options.json) std::cout << summary.dump(2) << std::endl;
+    return code;
+}
+
+}  // namespace
+
+void add_run(CLI::App& palpate, std::function<int()>& chosen) {
+    auto options = std::make_shared<RunOptions>();
+    CLI::App* command = palpate.add_subcommand("run", "let a hand feel a scene, and report force, error and stability");
+    command->add_option("scene", options->scene, "scene file (docs/SCENE.md)")->required();
+    command->add_option("--clock", options->clock, "virtual: lockstep, repeatable; real: three processes at 1 kHz")
+        ->check(CLI::IsMember({"virtual", "real"}));
+    command->add_option("--duration", options->duration_s, "seconds of the path to run; its whole length by default")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--out", options->out, "result folder; an earlier one moves to DIR.1 (out/SCENE)");
+    command->add_option("--set", options->set, "section.key=value: any key of the scene, kept in the record")
+        ->allow_extra_args(false);
+    command->add_option("--device", options->device, "sim");
+    command->add_option("--check", options->check, "ticks compared with the plate: sample (about 400) or full")
+        ->check(CLI::IsMember({"sample", "full"}));
+#ifdef PALPATE_HAS_RIG
+    command->add_option("--rig", options->rig, "ADDR:PORT of a Modbus TCP server for a test rig, loopback only");
+#endif
+    command->add_flag("--json", options->json, "print summary.json on stdout");
+    command->add_flag("--quiet", options->quiet, "no progress, no words");
+    command->footer("Example:\n  palpate run sim/scenes/bunny.toml --set hand.grip=light --out out/light");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace palpate::app
