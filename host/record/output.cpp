@@ -1,0 +1,140 @@
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "host/record/aside.hpp"
+
+namespace palpate::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int RESULTS_KEPT = 9;
+
+std::string reason(int error) {
+    return std::generic_category().message(error);
+}
+
+[[noreturn]] void fail_directory(const fs::path& directory, const std::string& why) {
+    throw Error(directory.string() + ": cannot be written (" + why + "); choose another with --out");
+}
+
+fs::path with_suffix(fs::path path, const std::string& suffix) {
+    path += suffix;
+    return path;
+}
+
+/// Nothing but a result is ever removed.
+bool is_result(const fs::path& directory) {
+    std::error_code error;
+    for (const char* name : {"summary.json", "scene.toml", "run.palrec"}) {
+        if (fs::exists(directory / name, error)) return true;
+    }
+    return fs::is_empty(directory, error) && !error;
+}
+
+}  // namespace
+
+AsideFile::AsideFile(fs::path file) : final_(std::move(file)), aside_(with_suffix(final_, ".partial")) {
+    fd_ = open(aside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (fd_ < 0) fail(errno);
+}
+
+AsideFile::~AsideFile() {
+    if (fd_ >= 0) close(fd_);
+    if (!committed_) unlink(aside_.c_str());
+}
+
+void AsideFile::add(const void* bytes, std::size_t n_bytes) {
+    const char* at = static_cast<const char*>(bytes);
+    while (n_bytes > 0) {
+        const ssize_t n = ::write(fd_, at, n_bytes);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) fail(n == 0 ? ENOSPC : errno);
+        at += n;
+        n_bytes -= static_cast<std::size_t>(n);
+    }
+}
+
+void AsideFile::commit() {
+    const int closed = close(fd_);
+    fd_ = -1;
+    if (closed != 0) fail(errno);
+    if (std::rename(aside_.c_str(), final_.c_str()) != 0) fail(errno);
+    committed_ = true;
+}
+
+void AsideFile::fail(int error) {
+    const std::string words = final_.string() + ": cannot be written (" + reason(error) + ")";
+    throw Error(words);
+}
+
+void write_file(const fs::path& file, std::string_view content) {
+    AsideFile aside(file);
+    aside.add(content.data(), content.size());
+    aside.commit();
+}
+
+OutputDirectory::OutputDirectory(const fs::path& directory) : final_(directory.lexically_normal()) {
+    if (!final_.has_filename()) final_ = final_.parent_path();  // "out/bunny/"
+    if (final_.empty() || !final_.has_filename() || final_.filename() == "." || final_.filename() == "..") {
+        fail_directory(directory, "a directory of its own is needed");
+    }
+    partial_ = with_suffix(final_, ".partial");
+    std::error_code error;
+    if (fs::exists(final_, error) && !fs::is_directory(final_, error)) fail_directory(final_, "it is a file");
+    fs::create_directories(partial_, error);
+    if (error) fail_directory(final_, error.message());
+    lock_ = open(partial_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock_ < 0) fail_directory(final_, reason(errno));
+    if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+        close(lock_);
+        fail_directory(final_, "another run is writing there");
+    }
+    for (const auto& stale : fs::directory_iterator(partial_, error)) fs::remove_all(stale, error);
+    if (!error && access(partial_.c_str(), W_OK) == 0) return;
+    close(lock_);
+    fail_directory(final_, error ? error.message() : reason(EACCES));
+}
+
+OutputDirectory::~OutputDirectory() {
+    std::error_code ignored;
+    if (!committed_) fs::remove_all(partial_, ignored);
+    close(lock_);
+}
+
+const fs::path& OutputDirectory::path() const {
+    return partial_;
+}
+
+void OutputDirectory::rotate() const {
+    const auto kept = [this](int n) {
+        std::string suffix = ".";
+        return with_suffix(final_, suffix += std::to_string(n));
+    };
+    int free = 1;
+    while (free < RESULTS_KEPT && fs::exists(kept(free))) ++free;
+    if (free == RESULTS_KEPT && fs::exists(kept(free))) {
+        if (!is_result(kept(free)))
+            fail_directory(final_, kept(free).string() + " is not a result and stays");
+        fs::remove_all(kept(free));
+    }
+    for (int n = free; n > 1; --n) fs::rename(kept(n - 1), kept(n));
+    fs::rename(final_, kept(1));
+}
+
+void OutputDirectory::commit() {
+    try {
+        if (fs::exists(final_)) rotate();
+        fs::rename(partial_, final_);
+    } catch (const fs::filesystem_error& error) {
+        fail_directory(final_, error.code().message());
+    }
+    committed_ = true;
+}
+
+}  // namespace palpate::record
