@@ -5,9 +5,10 @@
 
 namespace palpate::contact {
 
-/// A sphere or plane as u0 |x|^2 + (u1 u2 u3).x + u4 = 0 with u1^2 + u2^2 + u3^2 - 4 u0 u4 = 1 (paper eq. 1), signed so
-/// that the value is positive outside the object. Positions relative to `origin_m`. The centre is
-/// -(u1 u2 u3)/(2 u0) (the paper's eq. 3 mixes two conventions: docs/PAPER.md), never formed: a plane has u0 = 0.
+/// A sphere or plane as u0 |x|^2 + (u1 u2 u3).x + u4 = 0 with u1^2 + u2^2 + u3^2 - 4 u0 u4 = 1 (paper eq. 1),
+/// signed so that the value is positive outside the object. Positions relative to `origin_m`. The centre is
+/// -(u1 u2 u3)/(2 u0) (the paper's eq. 3 mixes two conventions: docs/PAPER.md), never formed: a plane has u0
+/// = 0.
 struct Sphere {
     Eigen::Vector3d origin_m;
     Eigen::Matrix<double, 5, 1> u;
@@ -20,9 +21,9 @@ struct Sphere {
     [[nodiscard]] Eigen::Vector3d project(const Eigen::Vector3d& at_m) const;
 };
 
-/// Weighted Pratt fit: minimises sum w (algebraic distance)^2 under the constraint of eq. 1 (a generalised symmetric
-/// eigenproblem, solved after centring and scaling). `outward` gives the sign. Throws std::invalid_argument with fewer
-/// than 4 points of positive weight. O(n).
+/// Weighted Pratt fit: minimises sum w (algebraic distance)^2 under the constraint of eq. 1 (a generalised
+/// symmetric eigenproblem, solved after centring and scaling). `outward` gives the sign. Throws
+/// std::invalid_argument with fewer than 4 points of positive weight. O(n).
 [[nodiscard]] Sphere fit_sphere(std::span<const Eigen::Vector3d> points_m, std::span<const double> weights,
                                 const Eigen::Vector3d& outward);
 

@@ -7,11 +7,13 @@
 #include <memory>
 #include <optional>
 
+#include "host/contact/proxy.hpp"
 #include "host/contact/surface.hpp"
 #include "tests/host/contact/clouds.hpp"
 
 using palpate::contact::Foot;
 
+using palpate::contact::Proxy;
 using palpate::contact::Surface;
 using namespace palpate::testing;
 
@@ -94,4 +96,41 @@ TEST_CASE("along the bunny's ear every place has a foot and the normals turn smo
     }
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     WARN("one foot 5 mm deep: " << passed.count() * 1e6 / (n_steps() + 1) << " us");
+}
+
+TEST_CASE("the proxy strokes the bunny's ear on one face, its normal near the surface's, 1 to 6 mm deep") {
+    const auto scan = bunny();
+    if (!scan) return;
+    const double radius_m = 0.003;
+    const double depth_m = GENERATE(as<double>{}, 0.001, 0.003, 0.006);
+    const Surface surface(scan->cloud, scan->graph,
+                          4.0 * palpate::cloud::median_spacing_m(scan->cloud, scan->tree));
+    Proxy proxy(scan->cloud, scan->tree, scan->graph, radius_m);
+    auto seed = scan->tree.nearest(from);
+    static_cast<void>(proxy.follow(from + 0.02 * surface.foot(from, seed)->normal));
+    double worst_deg = 0.0;
+    double worst_aside_m = 0.0;
+    double worst_height_m = 0.0;
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i <= n_steps(); ++i) {
+        const auto foot = surface.foot(place(i), seed);
+        REQUIRE(foot);
+        seed = foot->nearest;
+        const auto c = proxy.follow(foot->point_m + (radius_m - depth_m) * foot->normal);
+        CAPTURE(i);
+        REQUIRE(c);
+        REQUIRE(c->touching);
+        const auto below = surface.foot(c->proxy_m, c->nearest);
+        REQUIRE(below);
+        worst_deg = std::max(worst_deg, angle_deg(c->normal, below->normal));
+        worst_aside_m = std::max(worst_aside_m, (below->point_m - foot->point_m).norm());
+        worst_height_m = std::max(worst_height_m, std::fabs(below->distance_m - radius_m));
+        REQUIRE(foot->normal.dot(below->normal) > 0.9);
+    }
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    WARN("depth " << depth_m * 1e3 << " mm: normal off by " << worst_deg << " degrees, proxy aside by "
+                  << worst_aside_m * 1e3 << " mm, height off by " << worst_height_m * 1e3
+                  << " mm; one step with two feet " << passed.count() * 1e6 / (n_steps() + 1) << " us");
+    REQUIRE(worst_deg < 10.0);
+    REQUIRE(worst_height_m < 0.2 * radius_m);
 }
