@@ -13,7 +13,8 @@ constexpr float kZoomPerClick = 0.88F;
 constexpr float kDistanceMin_m = 0.005F;
 constexpr float kDistanceMax_m = 5.0F;
 constexpr float kHomePitch_rad = 0.42F;
-constexpr float kHomeOblique_rad = 0.75F;  ///< angle between view and skin normal, seen from above
+constexpr float kHomePitchFlat_rad = 0.62F;  ///< on skin that lies flat
+constexpr float kHomeOblique_rad = 1.0F;     ///< angle between view and skin normal, seen from above
 
 Eigen::Vector3f direction(float yaw_rad, float pitch_rad) {
     const float level = std::cos(pitch_rad);
@@ -109,6 +110,7 @@ Camera home_camera(const Body& body) {
     const float level = std::sqrt(normal.x() * normal.x() + normal.z() * normal.z());
     if (level < 0.3F) {  // lies flat: look from the user's side
         camera.yaw_rad = 0.3F;
+        camera.pitch_rad = kHomePitchFlat_rad;
         return camera;
     }
     const float facing_rad = std::atan2(normal.x(), normal.z());

@@ -147,11 +147,15 @@ void draw_key(const Pen& pen, const Frame& frame, const Caption& caption) {
         row("contact normal");
     }
     if (!frame.dip.empty()) {
-        for (const float dx : {-7.0F, 0.0F, 7.0F}) {
-            list.AddCircleFilled({x + dx, y}, 2.5F, IM_COL32(255, 255, 255, 255), 12);
-            list.AddCircle({x + dx, y}, 2.5F, kSoftInk, 12);
+        list.AddRectFilled({x - 9.0F, y - 9.0F}, {x + 9.0F, y + 9.0F}, colour_of(viridis()[48]), 4.0F);
+        for (const float dx : {-5.5F, 0.0F, 5.5F}) {
+            list.AddCircleFilled({x + dx, y}, 2.0F, IM_COL32(255, 255, 255, 255), 12);
         }
         row("undeformed skin over the dip");
+        list.AddRectFilled({x - 9.0F, y - 9.0F}, {x + 9.0F, y + 9.0F}, colour_of(viridis()[48]), 4.0F);
+        list.AddCircle({x, y}, 6.5F, IM_COL32(255, 255, 255, 255), 24, 1.5F);
+        list.AddCircle({x, y}, 3.0F, IM_COL32(255, 255, 255, 255), 24, 1.5F);
+        row(text_of("lines of equal dip, every %.3g mm", 1.0e3F * contour_step_m(frame)));
     }
     if (std::abs(caption.dip_scale - 1.0F) > 1.0e-3F) {
         pen.write(x - 9.0F, y - 8.0F, text_of("dip drawn %.3g times as deep as it is", caption.dip_scale),
@@ -168,11 +172,13 @@ void draw_force_label(const Pen& pen, const Frame& frame, const Camera& camera, 
     if (!tip || !tail) return;
     const std::string words = text_of("%.1f N", frame.force_n.norm());
     const float width = pen.width_px(words, kBigText_px, true);
-    Eigen::Vector2f along(tip->x - tail->x, tip->y - tail->y);
-    if (along.norm() < 1.0F) along = {0.0F, -1.0F};
-    along.normalize();
-    const float x = tip->x + along.x() * (0.5F * width + 18.0F);
-    const float y = tip->y + along.y() * 24.0F - 0.5F * kBigText_px;
+    // Beside the tip, square to the arrow and rather above: neither arrow nor normal runs there.
+    Eigen::Vector2f beside(tail->y - tip->y, tip->x - tail->x);
+    beside = beside.norm() > 1.0F ? Eigen::Vector2f(beside.normalized()) : Eigen::Vector2f(1.0F, 0.0F);
+    if (beside.y() > 0.2F) beside = -beside;
+    const float away = 0.5F * (width * std::abs(beside.x()) + kBigText_px * std::abs(beside.y())) + 22.0F;
+    const float x = tip->x + away * beside.x();
+    const float y = tip->y + away * beside.y() - 0.5F * kBigText_px;
     pen.box(x - 0.5F * width - 6.0F, y - 1.0F, x + 0.5F * width + 6.0F, y + kBigText_px + 2.0F);
     pen.write(x, y, words, Pen::Anchor::centre, colour_of(kForceColour), kBigText_px, true);
 }
@@ -203,6 +209,7 @@ void draw_scale(const Pen& pen, const Camera& camera, Size size, float x, float 
     const float length_m = round_step(140.0F * per_pixel_m);
     const float length_px = length_m / per_pixel_m;
     ImDrawList& list = pen.list();
+    pen.box(x - 12.0F, y - 26.0F, x + length_px + 12.0F, y + 12.0F);
     list.AddLine({x, y}, {x + length_px, y}, kInk, 2.0F);
     for (const float at : {x, x + length_px}) list.AddLine({at, y - 5.0F}, {at, y + 5.0F}, kInk, 2.0F);
     pen.write(x + 0.5F * length_px, y - 22.0F, text_of("%.3g mm", 1.0e3F * length_m), Pen::Anchor::centre);
@@ -250,7 +257,8 @@ void draw_overlay(ImDrawList& list, const Fonts& fonts, const Frame& frame, cons
     if (caption.legend) draw_legend(pen, *caption.legend);
     draw_readout(pen, frame, caption.title);
     draw_key(pen, frame, caption);
-    draw_axes(pen, camera, 70.0F, bottom - 80.0F);
+    pen.box(kMargin_px - 10.0F, bottom - 132.0F, 122.0F, bottom - 24.0F);
+    draw_axes(pen, camera, 65.0F, bottom - 78.0F);
     draw_scale(pen, camera, size, width - 190.0F, bottom - 50.0F);
     if (!frame.rate_line.empty()) {
         const float half = 0.5F * pen.width_px(frame.rate_line, kText_px, false);

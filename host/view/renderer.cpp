@@ -21,12 +21,14 @@ const Eigen::Vector4f kProxyColour{0.05F, 0.10F, 0.30F, 0.75F};
 const Eigen::Vector4f kNormalColour{0.10F, 0.11F, 0.14F, 1.0F};
 const Eigen::Vector4f kDotColour{1.0F, 1.0F, 1.0F, 0.80F};
 constexpr float kSeenThrough = 0.28F;  ///< opacity of the part of an arrow that is behind the skin
+constexpr float kSolidRim =
+    0.62F;  ///< of a disc hides what is behind; the rest only blends with its neighbours
 // Widths over the camera's distance, so that they look alike at every zoom.
 constexpr float kShaft = 0.0060F;
 constexpr float kHead = 0.0150F;
 constexpr float kHeadLength = 0.040F;
 constexpr float kNormalLine = 0.0020F;
-constexpr float kNormalLength = 0.120F;
+constexpr float kNormalLength = 0.160F;
 
 Eigen::Vector4f colour_of(Rgb rgb) {
     return {static_cast<float>(rgb.r) / 255.0F, static_cast<float>(rgb.g) / 255.0F,
@@ -65,7 +67,10 @@ std::vector<Rod> rods_of(const Frame& frame, const Camera& camera, float metres_
     const float d = camera.distance_m;
     if (frame.normal && frame.normal->norm() > 0.0F) {
         const Eigen::Vector3f from_m = frame.proxy_m.value_or(frame.tool_m);
-        const Eigen::Vector3f to_m = from_m + kNormalLength * d * frame.normal->normalized();
+        // Longer than the force arrow, which often lies along it.
+        const float arrow_m = 1.25F * metres_per_newton * frame.force_n.norm();
+        const float length_m = std::max(kNormalLength * d, std::isfinite(arrow_m) ? arrow_m : 0.0F);
+        const Eigen::Vector3f to_m = from_m + length_m * frame.normal->normalized();
         rods.push_back({Solid::cylinder, rod(from_m, to_m, kNormalLine * d), kNormalColour});
     }
     if (const auto arrow = arrow_of(frame, metres_per_newton)) {
@@ -84,6 +89,7 @@ void set_disc_layout(const gl::Vertices& vertices) {
     vertices.attribute(1, 3, kStride, 3, true);
     vertices.attribute(2, 1, kStride, 6, true);
     vertices.attribute(3, 1, kStride, 7, true);
+    vertices.attribute(4, 1, kStride, 8, true);
 }
 
 void draw_discs(const gl::Vertices& vertices, std::size_t n) {
@@ -91,13 +97,24 @@ void draw_discs(const gl::Vertices& vertices, std::size_t n) {
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(n));
 }
 
+/// The nearest of 1, 2, 5 times a power of ten.
+float rounded(float wanted) {
+    const float decade = std::pow(10.0F, std::floor(std::log10(wanted)));
+    const float leading = wanted / decade;
+    return decade * (leading < 1.5F ? 1.0F : leading < 3.5F ? 2.0F : leading < 7.5F ? 5.0F : 10.0F);
+}
+
 }  // namespace
 
 float arrow_scale(const Body& body) {
     const float wanted = std::max(body.view_radius_m, 1.0e-4F) / 5.0F;
-    const float decade = std::pow(10.0F, std::floor(std::log10(wanted)));
-    const float leading = wanted / decade;
-    return decade * (leading < 1.5F ? 1.0F : leading < 3.5F ? 2.0F : leading < 7.5F ? 5.0F : 10.0F);
+    return rounded(wanted);
+}
+
+float contour_step_m(const Frame& frame) {
+    float deepest_m = 0.0F;
+    for (const Moved& move : frame.dip) deepest_m = std::max(deepest_m, move.by_m.norm());
+    return deepest_m > 1.0e-7F ? rounded(deepest_m / 4.0F) : 0.0F;
 }
 
 std::optional<Arrow> arrow_of(const Frame& frame, float metres_per_newton) {
@@ -167,12 +184,14 @@ void Renderer::Impl::sum_discs(float push_back_m) {
     glDisable(GL_BLEND);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     discs.set("push_back_m", push_back_m);
+    discs.set("rim", kSolidRim);
     draw_discs(disc_vertices, all.size());
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
     discs.set("push_back_m", 0.0F);
+    discs.set("rim", 1.0F);
     draw_discs(disc_vertices, all.size());
 }
 
@@ -195,6 +214,8 @@ void Renderer::Impl::light_discs(const Frame& frame, float push_back_m) {
     resolve.set("tool_eye_m", Eigen::Vector3f((view * frame.tool_m.homogeneous()).head<3>()));
     resolve.set("tool_radius_m", frame.tool_radius_m);
     resolve.set("push_back_m", push_back_m);
+    const float step_m = contour_step_m(frame);
+    resolve.set("contour_mm", step_m > 0.0F ? 1.0e3F * step_m : 1.0e9F);
     resolve.set("top_colour", kTopColour);
     resolve.set("bottom_colour", kBottomColour);
     no_vertices.bind();

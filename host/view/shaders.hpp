@@ -9,6 +9,7 @@ layout(location = 0) in vec3 at_m;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in float radius_m;
 layout(location = 3) in float shade;
+layout(location = 4) in float dipped_m;
 uniform mat4 view, projection;
 uniform float push_back_m;
 uniform sampler2D palette;
@@ -17,6 +18,7 @@ out vec2 in_disc;
 flat out vec3 colour;
 flat out vec3 eye_normal;
 flat out float strength;
+flat out float dipped_mm;
 void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
     vec3 n = normalize(normal);
@@ -29,24 +31,27 @@ void main() {
     eye_m += normalize(eye_m) * push_back_m;
     in_disc = corner;
     strength = shade;
+    dipped_mm = dipped_m * 1000.0;
     colour = shade < 0.0 ? unknown_colour : texture(palette, vec2((shade * 255.0 + 0.5) / 256.0, 0.5)).rgb;
     gl_Position = projection * vec4(eye_m, 1.0);
 }
 )";
 
-/// Sums of colour and normal under a bell over each disc; resolved by kResolveFragment.
+/// Sums of colour, normal and dip under a bell over each disc; resolved by kResolveFragment.
 constexpr const char* kDiscFragment = R"(#version 330 core
 in vec2 in_disc;
 flat in vec3 colour;
 flat in vec3 eye_normal;
+flat in float dipped_mm;
+uniform float rim;
 layout(location = 0) out vec4 colour_sum;
 layout(location = 1) out vec4 normal_sum;
 void main() {
     float r2 = dot(in_disc, in_disc);
-    if (r2 > 1.0) discard;
+    if (r2 > rim * rim) discard;
     float weight = exp(-3.5 * r2);
     colour_sum = vec4(colour * weight, weight);
-    normal_sum = vec4(eye_normal * weight, weight);
+    normal_sum = vec4(eye_normal, dipped_mm) * weight;
 }
 )";
 
@@ -71,27 +76,31 @@ void main() {
 }
 )";
 
-/// Lights the summed discs; the tool's sphere darkens the skin below it (its form factor); background
-/// elsewhere.
+/// Lights the summed discs and draws lines of equal dip; the tool's sphere darkens the skin below it (its
+/// form factor); background elsewhere.
 constexpr const char* kResolveFragment = R"(#version 330 core
 in vec2 at;
 uniform sampler2D colour_sums, normal_sums, depths;
 uniform mat4 projection, inverse_projection;
 uniform vec3 light, fill_light, tool_eye_m, top_colour, bottom_colour;
-uniform float push_back_m, tool_radius_m;
+uniform float push_back_m, tool_radius_m, contour_mm;
 layout(location = 0) out vec4 colour_out;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 sum = texelFetch(colour_sums, pixel, 0);
+    vec4 normal_sum = texelFetch(normal_sums, pixel, 0);
+    float steps = normal_sum.w / max(sum.a, 1.0e-3) / contour_mm;
+    float per_pixel = length(vec2(dFdx(steps), dFdy(steps)));
     vec3 background = mix(bottom_colour, top_colour, at.y);
-    if (sum.a < 1.0e-3) {
+    float depth = texelFetch(depths, pixel, 0).r;
+    if (depth >= 1.0 || sum.a < 1.0e-3) {
         colour_out = vec4(background, 1.0);
         gl_FragDepth = 1.0;
         return;
     }
     vec3 base = sum.rgb / sum.a;
-    vec3 n = normalize(texelFetch(normal_sums, pixel, 0).xyz);
-    vec4 clip = vec4(at * 2.0 - 1.0, texelFetch(depths, pixel, 0).r * 2.0 - 1.0, 1.0);
+    vec3 n = normalize(normal_sum.xyz);
+    vec4 clip = vec4(at * 2.0 - 1.0, depth * 2.0 - 1.0, 1.0);
     vec4 eye4 = inverse_projection * clip;
     vec3 eye_m = eye4.xyz / eye4.w;
     eye_m -= normalize(eye_m) * push_back_m;
@@ -103,9 +112,13 @@ void main() {
     float cover = tool_radius_m / max(far_m, tool_radius_m);
     float open = 1.0 - 0.75 * max(dot(n, to_tool_m / far_m), 0.0) * cover * cover;
     vec3 half_way = normalize(light + to_eye);
-    float shine = 0.16 * pow(max(dot(n, half_way), 0.0), 32.0);
-    vec3 lit = base * (0.30 + 0.72 * key + 0.16 * fill) * open + vec3(shine) * open;
-    colour_out = vec4(mix(background, lit, smoothstep(0.0, 0.12, sum.a)), 1.0);
+    float shine = 0.20 * pow(max(dot(n, half_way), 0.0), 24.0);
+    vec3 lit = base * (0.42 + 0.74 * key + 0.18 * fill) * open + vec3(shine) * open;
+    if (steps > 0.5 && per_pixel < 0.4) {  // beyond that, lines would run together
+        float off = abs(steps - floor(steps + 0.5)) / max(per_pixel, 1.0e-6);
+        lit = mix(lit, vec3(1.0), 0.55 * (1.0 - smoothstep(0.6, 1.6, off)));
+    }
+    colour_out = vec4(lit, 1.0);
     vec4 shown = projection * vec4(eye_m, 1.0);
     gl_FragDepth = shown.z / shown.w * 0.5 + 0.5;
 }

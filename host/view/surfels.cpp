@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 
 #include "host/cloud/neighbours.hpp"
@@ -9,9 +10,9 @@
 namespace palpate::view {
 namespace {
 
-constexpr float kReach = 1.6F;        ///< disc radius over the distance to the farthest of the nearest four
-constexpr float kLeftBehind = 0.16F;  ///< radius of a left-behind dot over that of its disc
-constexpr float kSameWall = 0.2F;     ///< least cosine between normals of neighbours
+constexpr float kReach = 1.6F;       ///< disc radius over the distance to the farthest of the nearest four
+constexpr float kDotRadius = 0.16F;  ///< of a left-behind dot over the distance between dots
+constexpr float kSameWall = 0.2F;    ///< least cosine between normals of neighbours
 
 Eigen::Vector3f vector_of(const std::array<float, 3>& a) {
     return {a[0], a[1], a[2]};
@@ -34,12 +35,29 @@ Surfels::Surfels(const Body& body) {
         const Eigen::Vector3f normal =
             length > 0.0F ? Eigen::Vector3f(body.normals[i] / length) : Eigen::Vector3f(0.0F, 0.0F, 1.0F);
         rest_[i] = {array_of(body.points_m[i]), array_of(normal), 0.0F,
-                    shade(range, body.stiffness_n_per_m[i])};
+                    shade(range, body.stiffness_n_per_m[i]), 0.0F};
     }
     moved_by_m_.assign(n, Eigen::Vector3f::Zero());
     is_touched_.assign(n, false);
     find_neighbours(body);
+    thin_dots(body);
     discs_ = rest_;
+}
+
+/// Keeps the first point in each cell of a cubic lattice.
+void Surfels::thin_dots(const Body& body) {
+    const std::size_t n = body.points_m.size();
+    const float cell_m = std::max(2.0F * body.view_radius_m / kDotsAcross, spacing_m_);
+    dot_radius_m_ = kDotRadius * cell_m;
+    has_dot_.assign(n, false);
+    std::set<std::array<int, 3>> taken;
+    for (std::size_t i = 0; i < n && cell_m > 0.0F; ++i) {
+        const Eigen::Array3f cell = (body.points_m[i] / cell_m).array().floor();
+        if (!(cell.abs() < 1.0e6F).all()) continue;
+        has_dot_[i] =
+            taken.insert({static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])})
+                .second;
+    }
 }
 
 void Surfels::find_neighbours(const Body& body) {
@@ -79,29 +97,30 @@ void Surfels::bend(std::span<const Moved> dip, float scale) {
     }
     touched_.clear();
     left_behind_.clear();
-    float farthest_m = 0.0F;
+    float deepest_m = 0.0F;
     for (const Moved& move : dip) {
         if (move.point >= rest_.size() || !move.by_m.allFinite()) continue;
-        moved_by_m_[move.point] = scale * move.by_m;
-        farthest_m = std::max(farthest_m, moved_by_m_[move.point].norm());
+        moved_by_m_[move.point] = move.by_m;
+        deepest_m = std::max(deepest_m, move.by_m.norm());
     }
-    if (!(farthest_m > 0.0F)) return;
+    if (!(deepest_m > 0.0F)) return;
     for (const Moved& move : dip) {
         if (move.point >= rest_.size()) continue;
-        if (!is_touched_[move.point]) turn(move.point);
+        if (!is_touched_[move.point]) turn(move.point, scale);
         for (const std::uint32_t j : neighbours_[move.point]) {
-            if (j != kNone && !is_touched_[j]) turn(j);
+            if (j != kNone && !is_touched_[j]) turn(j, scale);
         }
+        if (!has_dot_[move.point]) continue;
         Surfel dot = rest_[move.point];
-        dot.radius_m *= kLeftBehind;
-        dot.shade = moved_by_m_[move.point].norm() / farthest_m;
+        dot.radius_m = dot_radius_m_;
+        dot.shade = move.by_m.norm() / deepest_m;
         left_behind_.push_back(dot);
     }
 }
 
 /// With w = displacement along the normal n, the surface moved to x + w n has the normal n - grad w to first
 /// order; grad w in the tangent plane is the least-squares slope over the neighbours.
-void Surfels::turn(std::uint32_t point) {
+void Surfels::turn(std::uint32_t point, float scale) {
     is_touched_[point] = true;
     touched_.push_back(point);
     const Eigen::Vector3f at_m = vector_of(rest_[point].at_m);
@@ -121,9 +140,10 @@ void Surfels::turn(std::uint32_t point) {
     const float spread = 0.5F * normal_equations.trace();
     if (normal_equations.determinant() > 1.0e-3F * spread * spread) {
         const Eigen::Vector2f slope = normal_equations.inverse() * right_side;
-        turned = (n - slope.x() * t1 - slope.y() * t2).normalized();
+        turned = (n - scale * (slope.x() * t1 + slope.y() * t2)).normalized();
     }
-    discs_[point].at_m = array_of(at_m + moved_by_m_[point]);
+    discs_[point].at_m = array_of(at_m + scale * moved_by_m_[point]);
+    discs_[point].dipped_m = moved_by_m_[point].norm();
     discs_[point].normal = array_of(turned);
 }
 

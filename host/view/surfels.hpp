@@ -15,9 +15,10 @@ struct Surfel {
     std::array<float, 3> at_m;
     std::array<float, 3> normal;
     float radius_m;
-    float shade;  ///< see view::shade()
+    float shade;     ///< see view::shade()
+    float dipped_m;  ///< how far it was pushed in, as it is, not as drawn
 };
-static_assert(sizeof(Surfel) == 8 * sizeof(float), "the vertex layout of renderer.cpp");
+static_assert(sizeof(Surfel) == 9 * sizeof(float), "the vertex layout of renderer.cpp");
 
 /// Keeps the discs of a body and bends them.
 class Surfels {
@@ -30,7 +31,8 @@ public:
     void bend(std::span<const Moved> dip, float scale);
 
     [[nodiscard]] std::span<const Surfel> discs() const { return discs_; }
-    /// The rest places of the points that the last bend() moved; `shade` is how far, 1 for the farthest.
+    /// Dots at rest places of points that the last bend() moved, thinned to about `kDotsAcross` over the
+    /// view; `shade` is how far the skin went, 1 for the farthest.
     [[nodiscard]] std::span<const Surfel> left_behind() const { return left_behind_; }
     /// Median over the points of the distance to the nearest neighbours that a disc must reach, m.
     [[nodiscard]] float spacing_m() const { return spacing_m_; }
@@ -38,9 +40,11 @@ public:
 private:
     static constexpr std::size_t kNeighbours = 8;
     static constexpr std::uint32_t kNone = 0xffffffffU;
+    static constexpr float kDotsAcross = 40.0F;
 
     void find_neighbours(const Body& body);
-    void turn(std::uint32_t point);
+    void thin_dots(const Body& body);
+    void turn(std::uint32_t point, float scale);
 
     std::vector<Surfel> rest_;
     std::vector<Surfel> discs_;
@@ -49,6 +53,8 @@ private:
     std::vector<Eigen::Vector3f> moved_by_m_;  ///< per point, zero at rest
     std::vector<std::uint32_t> touched_;       ///< points whose disc differs from rest
     std::vector<bool> is_touched_;
+    std::vector<bool> has_dot_;
+    float dot_radius_m_ = 0.0F;
     float spacing_m_ = 0.0F;
 };
 
