@@ -27,7 +27,7 @@ struct Error : std::runtime_error {
 
 /// Reads OBJ or PLY (ascii, binary little and big endian), by extension. Coordinates in the file's own unit; faces of
 /// more than three corners become fans. Exact repeats of a point are merged. Throws Error: missing, empty or truncated
-/// file, a vertex that is not finite, an index out of range, fewer than 3 points. O(file); nothing is allocated by a
+/// file, a vertex that is not finite, an index out of range, fewer than 3 points. O(n log n); nothing is allocated by a
 /// count that the file's size cannot hold.
 [[nodiscard]] Cloud read(const std::filesystem::path& file);
 

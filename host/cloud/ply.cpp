@@ -34,7 +34,7 @@ public:
         while (word.empty()) {
             if (!lines_.next(line))
                 here().fail("the file ends after " + std::to_string(i) + " of " +
-                            std::to_string(element_->n) + " entries of element " + element_->name +
+                            std::to_string(element_->n) + " entries of element " + printable(element_->name) +
                             "; it is truncated or the count is wrong");
             word = Words(line).next();
         }
@@ -42,7 +42,7 @@ public:
     }
     void end_entry() {
         if (const std::string_view extra = words_.next(); !extra.empty())
-            here().fail(in_quotes(extra) + " is more than element " + element_->name +
+            here().fail(in_quotes(extra) + " is more than element " + printable(element_->name) +
                         " declares; one entry per line");
     }
     [[nodiscard]] double value(const Property& property) { return number(property, real, "a number"); }
@@ -71,11 +71,11 @@ private:
                   const char* kind) {
         const std::string_view word = words_.next();
         if (word.empty())
-            here().fail("the line ends before " + property.name + " of element " + element_->name +
-                        "; it is truncated or a value is missing");
+            here().fail("the line ends before " + printable(property.name) + " of element " +
+                        printable(element_->name) + "; it is truncated or a value is missing");
         const std::optional<Number> number = parse(word);
         if (!number)
-            here().fail(property.name + " is " + in_quotes(word) + "; it must be " + kind +
+            here().fail(printable(property.name) + " is " + in_quotes(word) + "; it must be " + kind +
                         ", decimals with a point");
         return *number;
     }
@@ -210,10 +210,10 @@ private:
         if (element.n == 0) return;
         const Place declared{&name_, element.line};
         if (element.properties.empty())
-            declared.fail("element " + element.name +
+            declared.fail("element " + printable(element.name) +
                           " has entries but no properties; declare them or drop it");
         if (const std::size_t n_fit = body_.n_fit(element); element.n > n_fit)
-            declared.fail("element " + element.name + " declares " + std::to_string(element.n) +
+            declared.fail("element " + printable(element.name) + " declares " + std::to_string(element.n) +
                           " entries, but the file has room for " + std::to_string(n_fit) +
                           "; it is truncated or the count is wrong");
         std::vector<Use> uses;
@@ -248,7 +248,7 @@ private:
     void list(const Property& property, Use use) {
         const std::int64_t n = body_.count(property);
         if (n < 0 || !body_.can_hold(n, property))
-            body_.here().fail("a list " + property.name + " of length " + std::to_string(n) +
+            body_.here().fail("a list " + printable(property.name) + " of length " + std::to_string(n) +
                               "; it must be from 0 to what the file still holds, or the file is truncated");
         if (use == Use::corners) {
             corners_.clear();

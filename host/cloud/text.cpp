@@ -7,7 +7,7 @@
 namespace palpate::cloud {
 namespace {
 
-constexpr std::size_t QUOTED_MAX_CHARS = 32;
+constexpr std::size_t SHOWN_MAX_CHARS = 32;
 
 template <class Number>
 std::optional<Number> parsed(std::string_view word) {
@@ -28,7 +28,7 @@ bool is_space(char c) {
 
 void Place::fail(const std::string& what) const {
     std::string message = *name + ':' + std::to_string(line) + ": ";
-    if (byte) message += "byte " + std::to_string(*byte) + " of element " + std::string(element) + ": ";
+    if (byte) message += "byte " + std::to_string(*byte) + " of element " + printable(element) + ": ";
     throw Error(message + what);
 }
 
@@ -64,10 +64,14 @@ std::optional<std::int64_t> whole(std::string_view word) {
     return parsed<std::int64_t>(word);
 }
 
+std::string printable(std::string_view word) {
+    std::string result;
+    for (const char c : word.substr(0, SHOWN_MAX_CHARS)) result += c >= ' ' && c <= '~' ? c : '?';
+    return result + (word.size() > SHOWN_MAX_CHARS ? "..." : "");
+}
+
 std::string in_quotes(std::string_view word) {
-    std::string result = "`";
-    for (const char c : word.substr(0, QUOTED_MAX_CHARS)) result += c >= ' ' && c <= '~' ? c : '?';
-    return result + (word.size() > QUOTED_MAX_CHARS ? "...`" : "`");
+    return '`' + printable(word) + '`';
 }
 
 }  // namespace palpate::cloud

@@ -50,7 +50,9 @@ private:
 [[nodiscard]] std::optional<double> real(std::string_view word);
 [[nodiscard]] std::optional<std::int64_t> whole(std::string_view word);
 
-/// `word` between back quotes, shortened and printable.
+/// A word of a file as a message may show it: ASCII, shortened when it is long.
+[[nodiscard]] std::string printable(std::string_view word);
+/// The same between back quotes.
 [[nodiscard]] std::string in_quotes(std::string_view word);
 
 }  // namespace palpate::cloud

@@ -31,7 +31,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         check(data[0] == 'o' ? palpate::cloud::read_obj(bytes, "fuzz.obj")
                              : palpate::cloud::read_ply(bytes, "fuzz.ply"));
     } catch (const palpate::cloud::Error& error) {
-        require(std::string_view(error.what()).find("; ") != std::string_view::npos);  // what would be right
+        const std::string_view message = error.what();
+        require(message.find("; ") != std::string_view::npos);  // what would be right
+        for (const char c : message) require(c >= ' ' && c <= '~');
     }
     return 0;
 }

@@ -145,4 +145,11 @@ TEST_CASE("a bad binary PLY body is refused with the element's line, the byte, a
     check(row);
 }
 
+TEST_CASE("a name with bytes that are no text is shown without them") {
+    const std::string name("a\0\x1b[31m", 7);
+    const std::string bytes =
+        vertices("3") + "property float " + name + "\nend_header\n0 0 0 0\n1 0 0\n0 1 0 0 0\n";
+    CHECK_THAT(ply_error(bytes), Contains("the line ends before a??[31m of element vertex; "));
+}
+
 }  // namespace palpate::cloud
