@@ -122,12 +122,14 @@ std::size_t typing_errors(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view name) {
     constexpr std::size_t LONGEST = 64;  // more is not a typing error
+    const auto parent = [](std::string_view of) { return of.substr(0, of.find_last_of('.') + 1); };
     std::string best;
     std::size_t fewest = static_cast<std::size_t>(-1);
     for (const std::string& known : known_names()) {
-        const std::size_t errors = typing_errors(name.substr(0, LONGEST), known);
-        if (errors < fewest) {
-            fewest = errors;
+        const std::size_t errors = 2 * typing_errors(name.substr(0, LONGEST), known);
+        const std::size_t elsewhere = parent(known) == parent(name) ? 0 : 1;  // decides between equals
+        if (errors + elsewhere < fewest) {
+            fewest = errors + elsewhere;
             best = known;
         }
     }

@@ -158,8 +158,9 @@ void check_object(const Source& source, const Object& object) {
     std::string extension = object.points.extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     if (!object.columns.empty() && (extension == ".ply" || extension == ".obj")) {
-        source.fail("object.columns", "object.columns is for XYZ and CSV; a " + extension.substr(1) +
-                                          " file names its own columns: leave it out");
+        source.fail(
+            "object.columns",
+            "object.columns is for XYZ and CSV; a PLY or OBJ file names its own columns: leave it out");
     }
     if (object.length_unit.empty() && object.size_m == 0.0) {
         source.fail("object", "object.length_unit is missing; m, cm, mm, um or inch is expected, or size_m");
