@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "common/frame.h"
 #include "firmware/core/blend.h"
 #include "firmware/core/drive.h"
 #include "firmware/core/ladder.h"
@@ -15,7 +16,8 @@ static const uint32_t NO_POSITION = PAL_FAULT_NOT_FINITE | PAL_FAULT_WORKSPACE;
 pal_loop_config pal_loop_config_default(void) {
     const pal_loop_config config = {
         .delta = &PAL_DELTA_NF1,
-        .centre_m = {0.0F, 0.0F, 0.12F},
+        .centre_m = {(float)PAL_WORKSPACE_CENTRE_X_M, (float)PAL_WORKSPACE_CENTRE_Y_M,
+                     (float)PAL_WORKSPACE_CENTRE_Z_M},
         .force_max_n = 8.0F,
         .left_damping_n_s_per_m = 2.0F,
         .ramp_ticks = 500,

@@ -1,0 +1,134 @@
+#include "firmware/core/intake.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <memory>
+#include <thread>
+
+#include "tests/common/tables.hpp"
+
+namespace {
+
+struct Bench {
+    std::unique_ptr<pal_table_ring> ring = std::make_unique<pal_table_ring>();
+    pal_intake intake{};
+    Bench() {
+        pal_table_ring_init(ring.get());
+        intake.ring = ring.get();
+        intake.limits = pal_intake_limits_default();
+    }
+    void publish(std::uint64_t id, bool good = true) {
+        const auto table = tables::make({}, 17, 0.0, id);
+        if (!good) table->coef[100] = NAN;
+        pal_table_seal(table.get());
+        std::memcpy(pal_table_ring_back(ring.get()), table.get(), sizeof(pal_table));
+        pal_table_ring_publish(ring.get());
+    }
+    /// One tick with the check in line.
+    const pal_loop_tables& tick(bool fading = false) {
+        pal_intake_poll(&intake, fading);
+        pal_intake_check(&intake);
+        return *pal_intake_poll(&intake, fading);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a table is used only after its check") {
+    Bench bench;
+    CHECK(bench.tick().now == nullptr);
+    bench.publish(1);
+    CHECK(pal_intake_poll(&bench.intake, false)->now == nullptr);
+    CHECK(pal_intake_poll(&bench.intake, false)->now == nullptr);
+    CHECK(pal_intake_check(&bench.intake));
+    CHECK_FALSE(pal_intake_check(&bench.intake));
+    REQUIRE(pal_intake_poll(&bench.intake, false)->now != nullptr);
+    CHECK(bench.intake.tables.now->id == 1);
+    CHECK(bench.intake.tables.before == nullptr);
+}
+
+TEST_CASE("the table before stays for the fade, and none is taken while it runs") {
+    Bench bench;
+    bench.publish(1);
+    bench.tick();
+    bench.publish(2);
+    const pal_loop_tables& tables = bench.tick();
+    CHECK(tables.now->id == 2);
+    CHECK(tables.before->id == 1);
+    for (std::uint64_t id = 3; id < 10; ++id) {
+        bench.publish(id);
+        CHECK(bench.tick(true).now->id == 2);
+        CHECK(bench.tick(true).before->id == 1);
+    }
+    CHECK(bench.tick(false).now->id == 9);
+    CHECK(bench.intake.tables.before->id == 2);
+}
+
+TEST_CASE("a bad table is refused, counted, and the one in use stays through any number of them") {
+    Bench bench;
+    bench.publish(1);
+    bench.tick();
+    for (std::uint32_t n = 1; n <= 5; ++n) {
+        bench.publish(1 + n, false);
+        const pal_loop_tables& tables = bench.tick();
+        CHECK(tables.n_bad == n);
+        CHECK(tables.now->id == 1);
+        CHECK(tables.before == nullptr);
+        CHECK(bench.intake.last_err == static_cast<std::uint32_t>(-PAL_ERR_NOT_FINITE));
+        CHECK(pal_table_header_ok(tables.now));
+    }
+    bench.publish(7);
+    const pal_loop_tables& tables = bench.tick();
+    CHECK(tables.now->id == 7);
+    CHECK(tables.before->id == 1);
+}
+
+TEST_CASE("a bad first table leaves the loop without one") {
+    Bench bench;
+    bench.publish(1, false);
+    CHECK(bench.tick().now == nullptr);
+    bench.publish(2);
+    CHECK(bench.tick().now->id == 2);
+    CHECK(bench.intake.tables.before == nullptr);
+}
+
+TEST_CASE("a table that is not newer than the one in use is refused") {
+    Bench bench;
+    bench.publish(5);
+    bench.tick();
+    for (const std::uint64_t id : {5U, 4U}) {
+        bench.publish(id);
+        CHECK(bench.tick().now->id == 5);
+        CHECK(bench.intake.last_err == static_cast<std::uint32_t>(-PAL_ERR_RANGE));
+    }
+    CHECK(bench.intake.tables.n_bad == 2);
+}
+
+TEST_CASE("writer, checker and tick in three threads: only whole, checked tables, ids only grow",
+          "[concurrency]") {
+    Bench bench;
+    constexpr std::uint64_t N_TABLES = 2000;
+    std::uint32_t stop = 0;
+    std::thread writer([&bench] {
+        for (std::uint64_t id = 1; id <= N_TABLES; ++id) bench.publish(id, id % 5 != 0 || id == N_TABLES);
+    });
+    std::thread checker([&bench, &stop] {
+        while (__atomic_load_n(&stop, __ATOMIC_ACQUIRE) == 0) {
+            if (!pal_intake_check(&bench.intake)) std::this_thread::yield();
+        }
+    });
+    std::uint64_t last = 0;
+    bool ok = true;
+    const pal_table_limits limits = pal_intake_limits_default();
+    while (last < N_TABLES) {
+        const pal_loop_tables* tables = pal_intake_poll(&bench.intake, false);
+        if (tables->now == nullptr || tables->now->id == last) continue;
+        ok = ok && tables->now->id > last && pal_table_check(tables->now, &limits) == PAL_OK;
+        ok = ok && (last == 0 ? tables->before == nullptr : tables->before->id == last);
+        last = tables->now->id;
+    }
+    __atomic_store_n(&stop, 1U, __ATOMIC_RELEASE);
+    writer.join();
+    checker.join();
+    CHECK(ok);
+}
