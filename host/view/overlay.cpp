@@ -190,7 +190,7 @@ void draw_axes(const Pen& pen, const Camera& camera, float x, float y) {
         const char* name;
         ImU32 colour;
     };
-    constexpr std::array<Axis, 3> kAxes{{{"x", IM_COL32(190, 60, 60, 255)},
+    constexpr std::array<Axis, 3> kAxes{{{"x", IM_COL32(196, 96, 64, 255)},
                                          {"y", IM_COL32(50, 140, 60, 255)},
                                          {"z", IM_COL32(50, 90, 190, 255)}}};
     std::array<int, 3> order{0, 1, 2};  // far ones first

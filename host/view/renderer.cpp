@@ -39,8 +39,8 @@ Eigen::Vector4f colour_of(Rgb rgb) {
 struct Layers {
     explicit Layers(Size s)
         : size(s),
-          colour_sums(s, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, nullptr),
-          normal_sums(s, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, nullptr),
+          colour_sums(s, GL_RGBA32F, GL_RGBA, GL_FLOAT, nullptr),
+          normal_sums(s, GL_RGBA32F, GL_RGBA, GL_FLOAT, nullptr),
           depths(s, GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr),
           picture(s, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, nullptr),
           picture_depths(s, GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr),
@@ -268,6 +268,7 @@ void Renderer::Impl::draw_dots(float lift_m) {
     dots.set("palette", 0);
     dots.set("unknown_colour", Eigen::Vector3f(0.0F, 0.0F, 0.0F));
     dots.set("push_back_m", -lift_m);
+    dots.set("rim", 1.0F);
     dots.set("dot_colour", kDotColour);
     glDepthFunc(GL_LESS);
     glDepthMask(GL_FALSE);

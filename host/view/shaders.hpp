@@ -11,7 +11,7 @@ layout(location = 2) in float radius_m;
 layout(location = 3) in float shade;
 layout(location = 4) in float dipped_m;
 uniform mat4 view, projection;
-uniform float push_back_m;
+uniform float push_back_m, rim;
 uniform sampler2D palette;
 uniform vec3 unknown_colour;
 out vec2 in_disc;
@@ -23,6 +23,7 @@ void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
     vec3 n = normalize(normal);
     vec3 t1 = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
+    corner *= rim;
     vec3 world_m = at_m + radius_m * (corner.x * t1 + corner.y * cross(n, t1));
     vec3 eye_m = (view * vec4(world_m, 1.0)).xyz;
     vec3 to_disc_m = (view * vec4(at_m, 1.0)).xyz;
@@ -49,7 +50,7 @@ layout(location = 1) out vec4 normal_sum;
 void main() {
     float r2 = dot(in_disc, in_disc);
     if (r2 > rim * rim) discard;
-    float weight = exp(-3.5 * r2);
+    float weight = (1.0 - r2) * (1.0 - r2) + 1.0e-3;
     colour_sum = vec4(colour * weight, weight);
     normal_sum = vec4(eye_normal, dipped_mm) * weight;
 }

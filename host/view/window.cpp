@@ -22,18 +22,23 @@ constexpr double kFrame_s = 1.0 / 60.0;
 constexpr double kTick_s = 0.001;
 constexpr double kDtMax_s = 0.1;  ///< a stalled window does not skip through the run
 constexpr double kNotice_s = 4.0;
-constexpr int kControls_px = 52;
-constexpr const char* kHelp =
-    "left drag            turn\n"
-    "right, middle drag   move\n"
-    "wheel                nearer, farther\n"
-    "R    first view          F    whole object\n"
-    "Space                play, pause\n"
-    "Left, Right          one frame (1/60 s)\n"
-    "Shift+Left, Right    one tick (1 ms)\n"
-    "[ ]                  half, double speed\n"
-    "P    picture             F1   this help\n"
-    "Q, Escape            quit";
+constexpr int kControls_px = 40;
+constexpr float kControlsText = 0.7F;  ///< of the overlay's largest letters
+struct HelpRow {
+    const char* what;
+    const char* does;
+};
+constexpr std::array<HelpRow, 11> kHelp{{{"left drag", "turn"},
+                                         {"right or middle drag", "move"},
+                                         {"wheel", "nearer, farther"},
+                                         {"R", "first view"},
+                                         {"F", "whole object"},
+                                         {"Space", "play, pause"},
+                                         {"Left, Right", "one frame (1/60 s); with Shift one tick (1 ms)"},
+                                         {"[ ]", "half, double speed"},
+                                         {"P", "picture to a file"},
+                                         {"F1", "this help"},
+                                         {"Q, Escape", "quit"}}};
 
 std::string text_of(const char* format, double value) {
     std::array<char, 64> buffer{};
@@ -102,6 +107,7 @@ public:
         ImGui::GetIO().IniFilename = nullptr;
         fonts_ = load_fonts();
         ImGui::StyleColorsLight();
+        ImGui::GetIO().FontGlobalScale = kControlsText;
         ImGui_ImplGlfw_InitForOpenGL(window, true);
         ImGui_ImplOpenGL3_Init("#version 330 core");
     }
@@ -269,7 +275,15 @@ void Viewer::draw_help(Size extent) const {
         {0.5F, 0.5F});
     ImGui::Begin("Keys and mouse", nullptr,
                  ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove);
-    ImGui::TextUnformatted(kHelp);
+    if (ImGui::BeginTable("keys", 2)) {
+        for (const HelpRow& row : kHelp) {
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(row.what);
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(row.does);
+        }
+        ImGui::EndTable();
+    }
     ImGui::End();
 }
 
