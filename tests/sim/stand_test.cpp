@@ -212,6 +212,24 @@ TEST_CASE("sensed and true position differ by rounding, and by one tick of motio
     CHECK(n > 1000);
 }
 
+TEST_CASE("the true force is what the words of the same tick do where the effector ended") {
+    Bench bench(press_to(0.015));
+    int n_changed = 0;
+    pal_tick before{};
+    for (const pal_tick& tick : bench.run(2500)) {
+        double at[3];
+        double force[3];
+        for (std::size_t i = 0; i < 3; ++i)
+            at[i] = static_cast<double>(tick.truth_position_m[i]) + (i == 2 ? 0.12 : 0.0);
+        REQUIRE(pal_falcon_sim_motor_force(&bench.config.falcon, at, tick.motor_counts, force));
+        // The record's position is rounded to float: some 1e-9 m.
+        CHECK(static_cast<double>(tick.truth_force_n[2]) == Approx(force[2]).margin(1e-5));
+        if (tick.motor_counts[0] != before.motor_counts[0]) ++n_changed;
+        before = tick;
+    }
+    CHECK(n_changed > 50);
+}
+
 TEST_CASE("the firmware's kinematics invert the simulator's") {
     int n = 0;
     for (int step = 0; step < 4000; ++step) {
