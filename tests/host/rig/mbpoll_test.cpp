@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <regex>
 #include <string>
 
 #include "tests/host/rig/client.hpp"
@@ -44,14 +43,14 @@ bool mbpoll_is_missing() {
     return missing;
 }
 
-/// The value that mbpoll printed for reference `address`: "[6]: 	3.25", 16-bit negatives as "65535
-/// (-1)".
+/// The value that mbpoll printed for reference `address`: "[6]: \t3.25".
 double value_at(const std::string& output, int address) {
-    std::smatch match;
-    const std::regex line("\\[" + std::to_string(address) + "\\]:\\s+(\\S+)");
+    std::string key = "[";
+    key.append(std::to_string(address)).append("]:");
     INFO(output);
-    REQUIRE(std::regex_search(output, match, line));
-    return std::stod(match[1]);
+    const std::size_t at = output.find(key);
+    REQUIRE(at != std::string::npos);
+    return std::stod(output.substr(at + key.size()));
 }
 
 std::string poll(const Server& server, const std::string& options, const std::string& values = "") {
