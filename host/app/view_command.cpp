@@ -9,6 +9,7 @@
 #include "host/app/view_source.hpp"
 #include "host/record/record.hpp"
 #include "host/view/offscreen.hpp"
+#include "host/view/window.hpp"
 
 namespace palpate::app {
 namespace {
@@ -46,7 +47,7 @@ int view(const ViewOptions& options) {
         if (!options.quiet) std::cerr << "written: " << options.screenshot << '\n';
         return 0;
     }
-    return view::show(source, {});
+    return view::show(source, view::WindowOptions{});
 }
 
 }  // namespace

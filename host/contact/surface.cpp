@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/contact/weights.hpp"
+
 namespace palpate::contact {
 namespace {
 
@@ -27,12 +29,6 @@ double side_weight(double cosine) {
     if (!(cosine > no_cosine)) return 0.0;
     const double t = (cosine - no_cosine) / (full_cosine - no_cosine);
     return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
-}
-
-/// Wendland C2 of x = r / support < 1.
-double wendland(double x) {
-    const double square = (1.0 - x) * (1.0 - x);
-    return square * square * (4.0 * x + 1.0);
 }
 
 /// Anderson acceleration of depth two for p = g(p): the error along the last two differences is removed.

@@ -28,12 +28,17 @@ public:
     Surface(Surface&&) noexcept;
 
     /// Foot of `at_m` on the sheet of cloud point `seed` (a point near the answer). Iterates "fit a sphere
-    /// with weights about the foot, project" to 1e-10 m; nullopt when it does not settle in 50 steps or
-    /// leaves the sheet's points. Smooth in at_m. About 30 us. Not thread-safe: neighbourhoods are cached per
-    /// cloud point.
+    /// with weights about the foot, project" to 1e-10 m. nullopt when it does not settle in 50 steps, or
+    /// leaves the sheet's points: none within half the support, or fewer than 8 with weight. Smooth in at_m:
+    /// where the scan is sparse the support grows (to twice, at most) as a smooth mean of the points' own,
+    /// and points fade out as their normals turn from the foot's by 37 to 60 degrees. `normal` is the fitted
+    /// sphere's; the exact gradient of `distance_m` differs from it by less than 1 % (bumps of 0.3 mm on 20
+    /// mm). 20 us on the surface, 60 us a few millimetres off it. Not thread-safe: neighbourhoods are cached
+    /// per cloud point.
     [[nodiscard]] std::optional<Foot> foot(const Eigen::Vector3d& at_m, cloud::Index seed) const;
     /// Where the line at_m + t direction meets the surface raised by `raise_m`, for t in [-reach_m, reach_m];
-    /// t, or nullopt. `direction` unit.
+    /// t. nullopt: no foot on the way, beyond the reach, or a line within 3 degrees of the surface.
+    /// `direction` unit.
     [[nodiscard]] std::optional<double> along(const Eigen::Vector3d& at_m, const Eigen::Vector3d& direction,
                                               double raise_m, double reach_m, cloud::Index seed) const;
     [[nodiscard]] double support_m() const;

@@ -27,14 +27,14 @@ void remove_orphans() {
         pid_t pid = 0;
         const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), pid);
         if (error != std::errc{} || end != digits.data() + digits.size()) continue;
-        if (kill(pid, 0) != 0 && errno == ESRCH) shm_unlink(("/" + std::string(name)).c_str());
+        if (kill(pid, 0) != 0 && errno == ESRCH) shm_unlink(std::string("/").append(name).c_str());
     }
     closedir(directory);
 }
 
 }  // namespace
 
-Segment::Segment() : name_("/" + prefix() + std::to_string(getpid())) {
+Segment::Segment() : name_(std::string("/").append(prefix()).append(std::to_string(getpid()))) {
     remove_orphans();
     const auto refuse = [this](const char* doing) {
         const std::string reason = std::strerror(errno);

@@ -1,5 +1,7 @@
 #include "host/report/reference.hpp"
 
+#include <Eigen/Geometry>
+
 #include <limits>
 
 #include "host/chart/patch.hpp"

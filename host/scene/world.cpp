@@ -19,9 +19,13 @@ using Eigen::Vector3d;
 constexpr double SUPPORT_IN_SPACINGS = 4.0;  // of the smooth skin's weights
 constexpr double PATH_STEP_S = 0.01;
 
-Vector3d vec(const Vec3& v) { return {v[0], v[1], v[2]}; }
+Vector3d vec(const Vec3& v) {
+    return {v[0], v[1], v[2]};
+}
 
-Error wrong(const Scene& scene, const std::string& what) { return Error(scene.file.string() + ": " + what); }
+Error wrong(const Scene& scene, const std::string& what) {
+    return Error(scene.file.string() + ": " + what);
+}
 
 std::string mm(double m) {
     std::array<char, 32> text{};
@@ -61,7 +65,9 @@ double smooth_step(double inside_m, double edge_m) {
 /// Nearest place of the skin, in object metres before placement.
 contact::Foot on_the_skin(const World& world, const Vector3d& at_m, const std::string& key) {
     const auto foot = world.surface->foot(at_m, world.tree->nearest(at_m));
-    if (!foot) throw wrong(world.scene, key + ": there is no smooth skin near this place; choose a point on the scan");
+    if (!foot)
+        throw wrong(world.scene,
+                    key + ": there is no smooth skin near this place; choose a point on the scan");
     return *foot;
 }
 
@@ -95,7 +101,8 @@ Matrix3d facing_operator(const Vector3d& normal) {
 
 Matrix3d turned(const Vec3& turn_deg) {
     const auto about = [&](std::size_t axis, const Vector3d& direction) {
-        return Eigen::AngleAxisd(turn_deg[axis] * (3.14159265358979323846 / 180.0), direction).toRotationMatrix();
+        return Eigen::AngleAxisd(turn_deg[axis] * (3.14159265358979323846 / 180.0), direction)
+            .toRotationMatrix();
     };
     return about(2, Vector3d::UnitZ()) * about(1, Vector3d::UnitY()) * about(0, Vector3d::UnitX());
 }
@@ -124,8 +131,8 @@ void index(World& world) {
     if (world.cloud.normals.empty()) cloud::orient(world.cloud, *world.tree);
     world.graph = std::make_unique<cloud::Graph>(world.cloud, *world.tree);
     world.spacing_m = cloud::median_spacing_m(world.cloud, *world.tree);
-    world.surface = std::make_unique<contact::Surface>(world.cloud, *world.graph,
-                                                       SUPPORT_IN_SPACINGS * world.spacing_m);
+    world.surface =
+        std::make_unique<contact::Surface>(world.cloud, *world.graph, SUPPORT_IN_SPACINGS * world.spacing_m);
 }
 
 void check_reach(const World& world, std::size_t number, const PathPoint& point, const Vector3d& tool_m) {
@@ -135,18 +142,21 @@ void check_reach(const World& world, std::size_t number, const PathPoint& point,
         const double over = std::max(tool_m[axis] - high[axis], low[axis] - tool_m[axis]);
         if (!(over > 0.0)) continue;
         const bool above = tool_m[axis] > high[axis];
-        throw wrong(world.scene, "hand.path[" + std::to_string(number) + "] at t_s = " + std::to_string(point.t_s) +
-                                     " is " + mm(over) + " beyond the workspace along " + (above ? "+" : "-") +
-                                     "xyz"[axis] + " (limit " + mm(above ? high[axis] : low[axis]) +
+        throw wrong(world.scene, "hand.path[" + std::to_string(number) +
+                                     "] at t_s = " + std::to_string(point.t_s) + " is " + mm(over) +
+                                     " beyond the workspace along " + (above ? "+" : "-") + "xyz"[axis] +
+                                     " (limit " + mm(above ? high[axis] : low[axis]) +
                                      "); move the object with [placement] or shorten the path");
     }
 }
 
-Target target_at(const World& world, double t_s, const Vector3d& object_m, double depth_m, cloud::Index seed) {
+Target target_at(const World& world, double t_s, const Vector3d& object_m, double depth_m,
+                 cloud::Index seed) {
     const auto foot = world.surface->foot(world.pose(object_m), seed);
     if (!foot) {
-        throw wrong(world.scene, "hand.path: at t_s = " + std::to_string(t_s) +
-                                     " there is no smooth skin near the path; choose points on one face of the scan");
+        throw wrong(world.scene,
+                    "hand.path: at t_s = " + std::to_string(t_s) +
+                        " there is no smooth skin near the path; choose points on one face of the scan");
     }
     const double above_m = world.scene.touch.tool_radius_m - depth_m;
     return {t_s, foot->point_m + above_m * foot->normal, *foot};
@@ -193,10 +203,11 @@ std::uint64_t source_hash_of(const World& world) {
     Hash hash;
     hash.add(world.cloud.points_m);
     hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
-    for (const double number :
-         {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3, s.skin.model == Model::shell ? 1.0 : 0.0,
-          s.patch.size_m, s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
-          static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m, s.touch.law == Law::potential ? 0.0 : 1.0}) {
+    for (const double number : {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
+                                s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
+                                s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
+                                static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
+                                s.touch.law == Law::potential ? 0.0 : 1.0}) {
         hash.add(number);
     }
     return hash.value();
@@ -210,14 +221,17 @@ void check_size(const World& world) {
     }
     const double across = (high - low).norm();
     if (world.scene.patch.size_m > across) {
-        throw wrong(world.scene, "patch.size_m = " + mm(world.scene.patch.size_m) + " is larger than the object (" +
-                                     mm(across) + " across); make the patch smaller or the object larger (object.size_m)");
+        throw wrong(world.scene, "patch.size_m = " + mm(world.scene.patch.size_m) +
+                                     " is larger than the object (" + mm(across) +
+                                     " across); make the patch smaller or the object larger (object.size_m)");
     }
 }
 
 }  // namespace
 
-contact::Surface World::another_surface() const { return {cloud, *graph, surface->support_m()}; }
+contact::Surface World::another_surface() const {
+    return {cloud, *graph, surface->support_m()};
+}
 
 std::unique_ptr<World> build(const Scene& scene) {
     const std::filesystem::path file = points_file(scene);

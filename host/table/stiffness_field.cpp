@@ -1,6 +1,7 @@
 #include "host/table/stiffness_field.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

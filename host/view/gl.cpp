@@ -64,11 +64,13 @@ void Program::set(const char* name, int value) const {
 Vertices::Vertices() {
     glGenVertexArrays(1, &array_);
     glGenBuffers(1, &buffer_);
+    glGenBuffers(1, &indices_);
     bind();
 }
 
 Vertices::~Vertices() {
     glDeleteBuffers(1, &buffer_);
+    glDeleteBuffers(1, &indices_);
     glDeleteVertexArrays(1, &array_);
 }
 
@@ -82,8 +84,14 @@ void Vertices::upload(const void* data, std::size_t n_bytes) const {
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(n_bytes), data, GL_DYNAMIC_DRAW);
 }
 
-void Vertices::attribute(GLuint index, int n_floats, int stride_floats, int offset_floats,
-                         bool per_instance) const {
+void Vertices::upload_indices(std::span<const std::uint32_t> indices) const {
+    bind();
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
+                 GL_DYNAMIC_DRAW);
+}
+
+void Vertices::attribute(GLuint index, int n_floats, int stride_floats, int offset_floats) const {
     bind();
     const auto bytes = static_cast<GLsizei>(sizeof(float));
     const auto offset = static_cast<std::uintptr_t>(offset_floats) * sizeof(float);
@@ -91,7 +99,6 @@ void Vertices::attribute(GLuint index, int n_floats, int stride_floats, int offs
     // OpenGL takes the offset into the buffer as a pointer.
     glVertexAttribPointer(index, n_floats, GL_FLOAT, GL_FALSE, stride_floats * bytes,
                           reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr)
-    glVertexAttribDivisor(index, per_instance ? 1 : 0);
 }
 
 Texture::Texture(Size size, GLint internal_format, GLenum format, GLenum type, const void* data) {

@@ -3,7 +3,9 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Core>
-#include <utility>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
 
 #include "host/view/camera.hpp"
 
@@ -30,7 +32,7 @@ private:
     GLuint id_ = 0;
 };
 
-/// A vertex array with one vertex buffer.
+/// A vertex array with one vertex buffer and one index buffer.
 class Vertices {
 public:
     Vertices();
@@ -41,13 +43,15 @@ public:
     void bind() const;
     /// Replaces the content; grows when needed.
     void upload(const void* data, std::size_t n_bytes) const;
-    /// Attribute `index`: `n_floats` floats at `offset_floats` of every `stride_floats`; per instance or per
-    /// vertex.
-    void attribute(GLuint index, int n_floats, int stride_floats, int offset_floats, bool per_instance) const;
+    /// Replaces the indices for glDrawElements.
+    void upload_indices(std::span<const std::uint32_t> indices) const;
+    /// Attribute `index`: `n_floats` floats at `offset_floats` of every `stride_floats`.
+    void attribute(GLuint index, int n_floats, int stride_floats, int offset_floats) const;
 
 private:
     GLuint array_ = 0;
     GLuint buffer_ = 0;
+    GLuint indices_ = 0;
 };
 
 /// A texture of the given format; nearest, clamped.

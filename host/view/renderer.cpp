@@ -83,19 +83,47 @@ std::vector<Rod> rods_of(const Frame& frame, const Camera& camera, float metres_
     return rods;
 }
 
-void set_disc_layout(const gl::Vertices& vertices) {
-    constexpr int kStride = sizeof(Surfel) / sizeof(float);
-    vertices.attribute(0, 3, kStride, 0, true);
-    vertices.attribute(1, 3, kStride, 3, true);
-    vertices.attribute(2, 1, kStride, 6, true);
-    vertices.attribute(3, 1, kStride, 7, true);
-    vertices.attribute(4, 1, kStride, 8, true);
-}
+/// Discs as squares of two triangles. Four equal vertices and no instances: software renderers pay for each
+/// instance.
+class Squares {
+public:
+    Squares() {
+        constexpr int kStride = sizeof(Surfel) / sizeof(float);
+        vertices_.attribute(0, 3, kStride, 0);
+        vertices_.attribute(1, 3, kStride, 3);
+        vertices_.attribute(2, 1, kStride, 6);
+        vertices_.attribute(3, 1, kStride, 7);
+        vertices_.attribute(4, 1, kStride, 8);
+    }
+    /// Takes those discs that `to_clip` puts into the picture, or near its edge.
+    void upload(std::span<const Surfel> discs, const Eigen::Matrix4f& to_clip) {
+        corners_.clear();
+        const float reach = to_clip.block<2, 3>(0, 0).rowwise().norm().maxCoeff();
+        for (const Surfel& disc : discs) {
+            const Eigen::Vector4f clip =
+                to_clip * Eigen::Vector4f(disc.at_m[0], disc.at_m[1], disc.at_m[2], 1.0F);
+            const float edge = clip.w() + 2.0F * (reach + 1.0F) * disc.radius_m;
+            if (std::abs(clip.x()) < edge && std::abs(clip.y()) < edge)
+                corners_.insert(corners_.end(), 4, disc);
+        }
+        vertices_.upload(corners_.data(), corners_.size() * sizeof(Surfel));
+        for (auto i = static_cast<std::uint32_t>(indices_.size() / 6); 4 * i < corners_.size(); ++i) {
+            for (const std::uint32_t corner : {0U, 1U, 2U, 2U, 1U, 3U}) indices_.push_back(4 * i + corner);
+        }
+        vertices_.upload_indices(indices_);
+        n_ = corners_.size() / 4;
+    }
+    void draw() const {
+        vertices_.bind();
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(6 * n_), GL_UNSIGNED_INT, nullptr);
+    }
 
-void draw_discs(const gl::Vertices& vertices, std::size_t n) {
-    vertices.bind();
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(n));
-}
+private:
+    gl::Vertices vertices_;
+    std::vector<Surfel> corners_;
+    std::vector<std::uint32_t> indices_;
+    std::size_t n_ = 0;
+};
 
 /// The nearest of 1, 2, 5 times a power of ten.
 float rounded(float wanted) {
@@ -131,10 +159,7 @@ struct Renderer::Impl {
           dots(shaders::kDiscVertex, shaders::kDotFragment),
           resolve(shaders::kScreenVertex, shaders::kResolveFragment),
           mesh(shaders::kMeshVertex, shaders::kMeshFragment),
-          palette({256, 1}, GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE, viridis().data()) {
-        set_disc_layout(disc_vertices);
-        set_disc_layout(dot_vertices);
-    }
+          palette({256, 1}, GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE, viridis().data()) {}
 
     void sum_discs(float push_back_m);
     void light_discs(const Frame& frame, float push_back_m);
@@ -151,8 +176,8 @@ struct Renderer::Impl {
     gl::Program resolve;
     gl::Program mesh;
     gl::Texture palette;
-    gl::Vertices disc_vertices;
-    gl::Vertices dot_vertices;
+    Squares disc_squares;
+    Squares dot_squares;
     gl::Vertices no_vertices;
     Solids solids;
     std::optional<Layers> layers;
@@ -173,8 +198,7 @@ void Renderer::Impl::sum_discs(float push_back_m) {
     glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
     glDepthMask(GL_TRUE);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    const auto all = surfels.discs();
-    disc_vertices.upload(all.data(), all.size_bytes());
+    disc_squares.upload(surfels.discs(), projection * view);
     set_view(discs);
     palette.bind(0);
     discs.set("palette", 0);
@@ -185,14 +209,14 @@ void Renderer::Impl::sum_discs(float push_back_m) {
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     discs.set("push_back_m", push_back_m);
     discs.set("rim", kSolidRim);
-    draw_discs(disc_vertices, all.size());
+    disc_squares.draw();
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
     discs.set("push_back_m", 0.0F);
     discs.set("rim", 1.0F);
-    draw_discs(disc_vertices, all.size());
+    disc_squares.draw();
 }
 
 void Renderer::Impl::light_discs(const Frame& frame, float push_back_m) {
@@ -262,7 +286,7 @@ void Renderer::Impl::draw_solids(const Frame& frame, const Camera& camera, float
 void Renderer::Impl::draw_dots(float lift_m) {
     const auto left = surfels.left_behind();
     if (left.empty()) return;
-    dot_vertices.upload(left.data(), left.size_bytes());
+    dot_squares.upload(left, projection * view);
     set_view(dots);
     palette.bind(0);
     dots.set("palette", 0);
@@ -274,7 +298,7 @@ void Renderer::Impl::draw_dots(float lift_m) {
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    draw_discs(dot_vertices, left.size());
+    dot_squares.draw();
     glDepthMask(GL_TRUE);
 }
 

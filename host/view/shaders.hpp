@@ -20,7 +20,7 @@ flat out vec3 eye_normal;
 flat out float strength;
 flat out float dipped_mm;
 void main() {
-    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+    vec2 corner = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0;
     vec3 n = normalize(normal);
     vec3 t1 = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
     corner *= rim;

@@ -60,8 +60,8 @@ Solids::Solids() {
     cone_ = {cylinder_.first + cylinder_.n_vertices, 0};
     cone_.n_vertices = static_cast<int>(all.size()) - cone_.first;
     vertices_.upload(all.data(), all.size() * sizeof(Corner));
-    vertices_.attribute(0, 3, 6, 0, false);
-    vertices_.attribute(1, 3, 6, 3, false);
+    vertices_.attribute(0, 3, 6, 0);
+    vertices_.attribute(1, 3, 6, 3);
 }
 
 void Solids::draw(Solid solid) const {

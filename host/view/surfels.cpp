@@ -10,7 +10,7 @@
 namespace palpate::view {
 namespace {
 
-constexpr float kReach = 1.6F;       ///< disc radius over the distance to the farthest of the nearest four
+constexpr float kReach = 1.35F;      ///< disc radius over the distance to the farthest of the nearest four
 constexpr float kDotRadius = 0.16F;  ///< of a left-behind dot over the distance between dots
 constexpr float kSameWall = 0.2F;    ///< least cosine between normals of neighbours
 
