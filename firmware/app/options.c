@@ -14,7 +14,7 @@ static const char HELP[] =
     "usage: palpate-loop --link NAME --device link:PATH [--force-max-n X] [--ramp-ticks N]\n"
     "\n"
     "  --link NAME        shared memory that the host made, such as /palpate-4711\n"
-    "  --device link:PATH simulated Falcon at a Unix socket (palpate-falcon-sim --socket PATH)\n"
+    "  --device link:PATH simulated Falcon at a Unix socket (palpate-falcon-sim serve --socket PATH)\n"
     "  --force-max-n X    no force above X newtons; 0 < X <= 8.9 (8)\n"
     "  --ramp-ticks N     soft start after homing and after every stop, in ms; 0 to 60000 (500)\n"
     "  --help             this text\n"
