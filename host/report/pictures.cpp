@@ -24,7 +24,7 @@ std::string script(const std::filesystem::path& directory, const std::string& ti
            "set title " + quoted(title) + "\n"
            "set output " + quoted((directory / "force.png").string()) + "\n"
            "set xlabel 'time (s)'\nset ylabel 'force (N)'\nset y2label 'depth (mm)'\n"
-           "set ytics nomirror\nset y2tics\nset xrange [0:]\nset yrange [0:]\nset y2range [0:]\n"
+           "set ytics nomirror\nset y2tics\nset autoscale xfixmax\nset xrange [0:]\nset yrange [0:]\nset y2range [0:]\n"
            "plot " + csv + " using (column('t_s')):" + force + " with lines lw 2 lc rgb '#3b528b' title 'force', '' using "
            "(column('t_s')):(column('depth_m') > 0 ? 1e3*column('depth_m') : 0) axes x1y2 with lines lw 2 lc rgb '#5ec962' "
            "title 'depth'\n"

@@ -8,13 +8,6 @@
 namespace palpate::scene {
 namespace {
 
-std::string one_line(std::string_view text) {
-    std::string out(text);
-    std::replace_if(
-        out.begin(), out.end(), [](char c) { return c >= 0 && c < 0x20; }, ' ');
-    return out;
-}
-
 std::string trimmed(const std::string& text) {
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
     return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
@@ -27,13 +20,13 @@ toml::table parse_value(const std::string& name, const std::string& text) {
         if (table.size() == 1 && table.contains("value")) return table;
     } catch (const toml::parse_error& error) {
         if (!text.empty() && std::string("[{\"'").find(text[0]) != std::string::npos) {
-            throw Error("--set " + name + ": " + one_line(error.description()));
+            refuse("--set " + name, std::string(error.description()));
         }
     }
     try {
         return toml::parse("value = " + toml_string(text));
     } catch (const toml::parse_error& error) {
-        throw Error("--set " + name + ": " + one_line(error.description()));
+        refuse("--set " + name, std::string(error.description()));
     }
 }
 
@@ -53,11 +46,10 @@ toml::node& child(toml::node& node, const std::string& part, const std::string& 
     }
     if (toml::array* array = node.as_array()) {
         if (const auto index = index_in(*array, part)) return *array->get(*index);
-        throw Error("--set " + name + ": there is no item " + part + "; the array has " +
-                    std::to_string(array->size()) + ", counted from 0");
+        refuse("--set " + name, "there is no item " + part + "; the array has " +
+                                    std::to_string(array->size()) + ", counted from 0");
     }
-    throw Error("--set " + name + ": " + part + " is looked for in " + kind(node) +
-                "; a table is expected there");
+    refuse("--set " + name, "" + part + " is looked for in " + kind(node) + "; a table is expected there");
 }
 
 void put(toml::node& node, const std::string& part, toml::node& value, const std::string& name) {
@@ -70,7 +62,7 @@ void put(toml::node& node, const std::string& part, toml::node& value, const std
             array->erase(array->cbegin() + static_cast<std::ptrdiff_t>(*index));
             array->insert(array->cbegin() + static_cast<std::ptrdiff_t>(*index), std::move(concrete));
         } else {
-            throw Error("--set " + name + ": there is no " + part + " in " + kind(node));
+            refuse("--set " + name, "there is no " + part + " in " + kind(node));
         }
     });
 }
@@ -84,7 +76,7 @@ std::string override_one(toml::table& tree, const std::string& text) {
         std::none_of(parts.begin(), parts.end(), [](const auto& part) { return part.empty(); });
     constexpr std::size_t DEEPEST = 4;  // hand.path.3.at_m
     if (equals == std::string::npos || !whole || parts.size() > DEEPEST) {
-        throw Error("--set " + one_line(text) + ": KEY=VALUE is expected, such as skin.young_pa=0.4e6");
+        refuse("--set " + text, "KEY=VALUE is expected, such as skin.young_pa=0.4e6");
     }
     toml::table value = parse_value(name, trimmed(text.substr(equals + 1)));
     toml::node* at = &tree;
@@ -108,8 +100,8 @@ toml::table read_tree(Source& source, std::string_view text, std::span<const std
     try {
         tree = toml::parse(text);
     } catch (const toml::parse_error& error) {
-        throw Error(source.file + ":" + std::to_string(std::max(error.source().begin.line, 1U)) + ": " +
-                    one_line(error.description()));
+        refuse(source.file + ":" + std::to_string(std::max(error.source().begin.line, 1U)),
+               std::string(error.description()));
     }
     for (const std::string& text_of : overrides) source.overridden.push_back(override_one(tree, text_of));
     return tree;

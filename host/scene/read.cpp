@@ -17,8 +17,15 @@ std::string Source::place(const std::string& name, std::uint32_t line) const {
     return file + ":" + std::to_string(std::max(line, 1U));
 }
 
+void refuse(const std::string& place, std::string words) {
+    words = place + ": " + words;
+    std::replace_if(
+        words.begin(), words.end(), [](char c) { return (c >= 0 && c < 0x20) || c == 0x7F; }, ' ');
+    throw Error(words);
+}
+
 void Source::fail(const std::string& name, std::uint32_t line, const std::string& words) const {
-    throw Error(place(name, line) + ": " + words);
+    refuse(place(name, line), words);
 }
 
 void Source::fail(const std::string& name, const toml::node& node, const std::string& words) const {
@@ -27,7 +34,7 @@ void Source::fail(const std::string& name, const toml::node& node, const std::st
 
 void Source::fail(const std::string& name, const std::string& words) const {
     const auto found = places.find(name);
-    throw Error((found == places.end() ? place(name, 1) : found->second) + ": " + words);
+    refuse(found == places.end() ? place(name, 1) : found->second, words);
 }
 
 std::string kind(const toml::node& node) {

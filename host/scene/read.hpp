@@ -10,6 +10,9 @@
 
 namespace palpate::scene {
 
+/// Throws Error `place: words` as one line, whatever is in the words.
+[[noreturn]] void refuse(const std::string& place, std::string words);
+
 /// Where values come from: a file's lines, or a --set.
 struct Source {
     std::string file;

@@ -56,11 +56,13 @@ bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) 
 }
 
 std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
-    if (record.state != PAL_STATE_RAMP && record.state != PAL_STATE_ENABLED) return nullptr;
+    if (record.state != PAL_STATE_ENABLED) return nullptr;
     const Eigen::Vector3d tool_m(record.position_m[0], record.position_m[1], record.position_m[2]);
-    contact_ = proxy_.follow(tool_m);
+    if (engaged_) contact_ = proxy_.follow(tool_m);
     const cloud::Index seed = contact_ ? contact_->nearest : world_->tree->nearest(tool_m);
     const auto foot = world_->surface->foot(tool_m, seed);
+    engaged_ = engaged_ || (foot && foot->distance_m > options_.tool_radius_m);
+    if (!engaged_) return nullptr;
     if (foot && moved_on(tool_m, *foot)) {
         auto table = build(*world_->surface, *field_, options_, tool_m, *foot, record.tick);
         if (table) {

@@ -69,21 +69,28 @@ TEST_CASE("a large face counts more than a small one") {
     CHECK(cloud.normals[0].isApprox(Eigen::Vector3d(0.01, 0.0, 1.0).normalized(), 1e-12));
 }
 
+// At a thickness of one spacing neighbours cross the wall, and only the mirror rule keeps its two sides
+// apart.
 TEST_CASE("both walls of a thin closed box are oriented outwards without faces") {
-    Cloud cloud;  // 40 x 40 x 4 mm, spacing 1 mm
+    const int thickness = GENERATE(as<int>{}, 2, 3, 4);
+    Cloud cloud;  // 40 mm square, spacing 1 mm
     for (int i = 0; i <= 40; ++i) {
         for (int j = 0; j <= 40; ++j) {
             const bool on_rim = i == 0 || i == 40 || j == 0 || j == 40;
-            for (int k = 0; k <= 4; ++k) {
-                if (on_rim || k == 0 || k == 4) cloud.points_m.emplace_back(1e-3 * i, 1e-3 * j, 1e-3 * k);
+            for (int k = 0; k <= thickness; ++k) {
+                if (on_rim || k == 0 || k == thickness)
+                    cloud.points_m.emplace_back(1e-3 * i, 1e-3 * j, 1e-3 * k);
             }
         }
     }
     orient(cloud, Tree(cloud.points_m));
-    const Eigen::Vector3d middle_m(0.02, 0.02, 0.002);
     std::size_t n_inward = 0;
-    for (std::size_t i = 0; i < cloud.points_m.size(); ++i)
-        n_inward += cloud.normals[i].dot(cloud.points_m[i] - middle_m) > 0.0 ? 0U : 1U;
+    for (std::size_t i = 0; i < cloud.points_m.size(); ++i) {
+        const Eigen::Vector3d from_middle_m =
+            cloud.points_m[i] - 1e-3 * Eigen::Vector3d(20, 20, 0.5 * thickness);
+        n_inward += cloud.normals[i].dot(from_middle_m) > 0.0 ? 0U : 1U;
+    }
+    CAPTURE(thickness);
     CHECK(n_inward == 0);
 }
 

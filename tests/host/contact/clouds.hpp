@@ -1,5 +1,6 @@
 /// Clouds whose surface is known, for the tests of contact.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -80,6 +81,28 @@ inline void add_sheet(cloud::Cloud& c, const Bumps& bumps, double z_m, double ha
 inline cloud::Cloud sheet(const Bumps& bumps, double half_m, double spacing_m, double sparse_from_m = 1.0) {
     cloud::Cloud c;
     add_sheet(c, bumps, 0.0, half_m, spacing_m, false, 1, sparse_from_m);
+    return c;
+}
+
+/// A plate of the given thickness whose edge at x > 0 is round: two walls and half a cylinder, jittered.
+inline cloud::Cloud hairpin(double thickness_m, double half_m, double spacing_m) {
+    std::mt19937 random(3);
+    cloud::Cloud c;
+    const double radius = 0.5 * thickness_m;
+    const double length = 2.0 * half_m + M_PI * radius;  // of the profile, from the upper wall to the lower
+    const int n = static_cast<int>(length / spacing_m);
+    const int m = static_cast<int>(2.0 * half_m / spacing_m);
+    for (int i = 0; i <= n; ++i) {
+        for (int j = 0; j <= m; ++j) {
+            const double s = spacing_m * (i + 0.5 * (uniform(random) - 0.5)) - half_m;
+            const double y = spacing_m * (j + 0.5 * (uniform(random) - 0.5)) - half_m;
+            const double angle = std::clamp(s / radius, 0.0, M_PI);
+            const Eigen::Vector3d normal(std::sin(angle), 0.0, std::cos(angle));
+            const double x = s < 0.0 ? s : std::min(0.0, M_PI * radius - s);
+            c.points_m.push_back(Eigen::Vector3d(x, y, 0.0) + radius * normal);
+            c.normals.push_back(normal);
+        }
+    }
     return c;
 }
 

@@ -122,6 +122,21 @@ TEST_CASE("sliding over a ball and inside a bowl the proxy stays on the surface"
     REQUIRE(s.highest_m < 1.02 * radius_m);
 }
 
+TEST_CASE("in a bowl so narrow that a full step goes too far the proxy still settles above the tool") {
+    // Proxy 3 mm from the centre, tool 9 mm: one full step turns it by three times what is missing.
+    const Scan scan(ball(0.006, 0.0007, true));
+    Proxy proxy(scan.cloud, scan.tree, scan.graph, radius_m);
+    static_cast<void>(proxy.follow(Eigen::Vector3d::Zero()));
+    const Eigen::Vector3d way = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+    const auto c = proxy.follow(0.009 * way);
+    REQUIRE(c);
+    REQUIRE(c->touching);
+    REQUIRE(angle_deg(c->normal, -way) < 3.0);
+    REQUIRE(angle_deg(c->proxy_m.normalized(), way) < 5.0);
+    const auto again = proxy.follow(0.009 * way);
+    REQUIRE((again->proxy_m - c->proxy_m).norm() < 1e-5);
+}
+
 TEST_CASE("on a thin sheet with two sides the proxy stays on the side that it touched, until it is free") {
     const double thickness = GENERATE(as<double>{}, 0.0, 0.001, 0.003);
     palpate::cloud::Cloud walls;

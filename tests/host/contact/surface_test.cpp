@@ -17,11 +17,12 @@ constexpr double support_m = 0.004;
 const Bumps bumps{0.0003, 0.02};  // curvature up to 30 /m, R 34 mm
 
 /// Largest second difference of the distance along a straight walk, m.
-double roughest_m(const Surface& surface, const Scan& scan, double height_m, double step_m, int n_steps) {
+double roughest_m(const Surface& surface, const Scan& scan, double height_m, double step_m, int n_steps,
+                  double x_from_m = -0.01) {
     std::vector<double> distances;
-    palpate::cloud::Index seed = scan.tree.nearest({-0.01, 0.002, 0.0});
+    palpate::cloud::Index seed = scan.tree.nearest({x_from_m, 0.002, height_m});
     for (int i = 0; i <= n_steps; ++i) {
-        const double x = -0.01 + step_m * i;
+        const double x = x_from_m + step_m * i;
         const auto foot = surface.foot({x, 0.002 + 0.31 * (x + 0.01), height_m}, seed);
         REQUIRE(foot);
         distances.push_back(foot->distance_m);
@@ -163,6 +164,20 @@ TEST_CASE("the foot stays on the sheet of its seed, however near the other wall 
         REQUIRE(foot->distance_m == truth->distance_m);
         REQUIRE(foot->normal.z() > 0.8);
     }
+}
+
+TEST_CASE("over a rim that is as sharp as the support is wide the distance does not jump either") {
+    // 3 mm thick: within 2 mm the normals of the rim turn by 76 degrees, so points leave the side on the way.
+    const Scan scan(hairpin(0.003, 0.012, 0.0005));
+    const Surface surface(scan.cloud, scan.graph, 0.002);
+    const auto roughest = [&](double step_m, int n_steps) {
+        return roughest_m(surface, scan, 0.002, step_m, n_steps, -0.004);
+    };
+    const double ratio = roughest(0.5e-5, 1000) / roughest(1e-5, 500);
+    REQUIRE(ratio < 0.35);
+    const auto foot = surface.foot({-0.004, 0.0, -0.001}, scan.tree.nearest({-0.004, 0.0, 0.0015}));
+    REQUIRE(foot);
+    REQUIRE(foot->distance_m == Approx(-0.0025).epsilon(1e-6));
 }
 
 TEST_CASE("past the edge of an open sheet there is no foot") {

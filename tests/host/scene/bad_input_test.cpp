@@ -123,7 +123,8 @@ TEST_CASE("an unknown key is refused and the nearest known one named") {
         CHECK(said(std::string(later) + "\n").find(" is unknown; the nearest known key is ") !=
               std::string::npos);
     }
-    CHECK(said("b = 1\na = 1\n").substr(0, 4) == "1: b");  // the first in the file
+    CHECK(said("\"a\\nb\" = 1\n").substr(0, 17) == "1: a b is unknown");  // one line, whatever the name
+    CHECK(said("b = 1\na = 1\n").substr(0, 4) == "1: b");                 // the first in the file
     CHECK(said(GOOD + "[[change]]\nshape = \"nodule\"\nat_m = [0, 0, 0]\nfactor = 2\nto_m = [0, 0, 1]\n") ==
           "12: change[0].to_m does not belong here; shape, at_m, radius_m, edge_m or factor would");
 }
