@@ -49,7 +49,7 @@ toml::node& child(toml::node& node, const std::string& part, const std::string& 
         refuse("--set " + name, "there is no item " + part + "; the array has " +
                                     std::to_string(array->size()) + ", counted from 0");
     }
-    refuse("--set " + name, "" + part + " is looked for in " + kind(node) + "; a table is expected there");
+    refuse("--set " + name, part + " is looked for in " + kind(node) + "; a table is expected there");
 }
 
 void put(toml::node& node, const std::string& part, toml::node& value, const std::string& name) {
