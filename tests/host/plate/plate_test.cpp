@@ -192,6 +192,17 @@ TEST_CASE("the energy of a grid with unequal spacing is that of its bending") {
     CHECK(force == Approx(24.0 * 0.85 * 0.1 * 0.17).epsilon(1e-9));
 }
 
+TEST_CASE("a foundation adds its pressure times the node's area, and nothing else") {
+    Problem problem = unit_square(9, hyper10);
+    problem.size_m = {0.04, 0.03};
+    const Eigen::MatrixXd bare = Plate(problem).dense_stiffness_n_per_m();
+    problem.foundation_n_per_m3 = sampled(9, [](double x, double z) { return 1e9 * (1.0 + x + 2.0 * z); });
+    const Eigen::MatrixXd held = Plate(problem).dense_stiffness_n_per_m();
+    const Eigen::MatrixXd pressure = problem.foundation_n_per_m3.block(1, 1, 7, 7).matrix().transpose();
+    const Eigen::MatrixXd wanted = (pressure.reshaped() * (0.005 * 0.00375)).asDiagonal();
+    CHECK((held - bare - wanted).cwiseAbs().maxCoeff() <= 1e-12 * held.maxCoeff());
+}
+
 TEST_CASE("deflections are reciprocal: here under a load there equals there under a load here") {
     const Plate plate(on_foundation(unit_square(33, wart), 4.0));
     CHECK(plate.deflection_m(5, 9)(20, 27) == Approx(plate.deflection_m(20, 27)(5, 9)).epsilon(1e-10));
