@@ -95,7 +95,7 @@ std::string ask_device(const Scratch& scratch) {
     return answer;
 }
 
-/// Builds and publishes tables for the newest record, off the thread that watches.
+/// Builds and publishes tables for the newest record, off the thread that watches; keeps the last one fresh meanwhile.
 class TableThread {
 public:
     TableThread(const Prepared& prepared, pal_link& link)
@@ -105,6 +105,7 @@ public:
         const std::lock_guard lock(mutex_);
         newest_ = record;
         fresh_ = true;
+        if (const pal_table* again = publisher_.refresh(record.tick)) keep(*again);
     }
     void stop() {
         stopping_ = true;
@@ -119,13 +120,14 @@ private:
         record = newest_;
         return std::exchange(fresh_, false);
     }
+    void keep(const pal_table& table) { tables_[table.id] = record::table_bytes(table); }
     void work() {
         while (!stopping_) {
             pal_tick record{};
-            const std::unique_ptr<pal_table> table = take(record) ? server_.update(record) : nullptr;
+            std::unique_ptr<pal_table> table = take(record) ? server_.update(record) : nullptr;
             if (table) {
-                publisher_.publish(*table);
-                tables_[table->id] = record::table_bytes(*table);
+                const std::lock_guard lock(mutex_);
+                keep(publisher_.publish(std::move(table), newest_.tick));
             } else {
                 std::this_thread::sleep_for(LOOK_EVERY);
             }
@@ -134,7 +136,7 @@ private:
     table::Server server_;
     link::Publisher publisher_;
     std::map<std::uint64_t, record::TableBytes> tables_;
-    std::mutex mutex_;
+    std::mutex mutex_;  // of all below, and of publisher and tables
     pal_tick newest_{};
     bool fresh_ = false;
     std::atomic<bool> stopping_{false};

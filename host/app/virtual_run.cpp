@@ -73,12 +73,16 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     std::uint32_t left = HOMING_TICKS_MAX;
     const std::uint32_t after_begin = path_ticks(world) + TAIL_TICKS;
     for (std::uint32_t tick = 0; left > 0; ++tick, --left) {
+        const pal_table* published = nullptr;
         if (underway.table && tick >= underway.due_tick) {
             before_publish(*underway.table);
-            publisher.publish(*underway.table);
-            digest.table(*underway.table);
-            result.tables[underway.table->id] = record::table_bytes(*underway.table);
-            underway.table.reset();
+            published = &publisher.publish(std::move(underway.table), tick);
+        } else {
+            published = publisher.refresh(tick);
+        }
+        if (published != nullptr) {
+            digest.table(*published);
+            result.tables[published->id] = record::table_bytes(*published);
         }
         pal_link_store(&link->host.enable, rig.enable() ? 1 : 0);
         pal_link_store(&link->host.estop, rig.estop() ? 1 : 0);

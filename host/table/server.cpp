@@ -10,7 +10,6 @@ constexpr std::uint32_t NODES = 17;
 constexpr double SPACING_IN_SCAN_SPACINGS = 0.6;
 constexpr double MOVED_SHARE = 0.25;        // of the table's half width
 constexpr double DEEPER_M = 0.5e-3;
-constexpr std::uint32_t REFRESH_TICKS = 40; // with the delay of a publication still below 50 ms
 
 }  // namespace
 
@@ -48,7 +47,7 @@ Server::Server(const scene::World& world, const StiffnessField& field, const Bui
       proxy_(world.cloud, *world.tree, *world.graph, options.tool_radius_m) {}
 
 bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) const {
-    if (!last_) return true;
+    if (!given_) return true;
     const double half_m = 0.5 * static_cast<double>(options_.n_nodes - 1) * options_.spacing_m;
     const double depth_m = options_.tool_radius_m - foot.distance_m;
     const double deeper_m = std::max(depth_m, 0.0) - std::max(last_depth_m_, 0.0);
@@ -67,18 +66,12 @@ std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
         auto table = build(*world_->surface, *field_, options_, tool_m, *foot, record.tick);
         if (table) {
             ++n_built_;
-            last_ = std::make_unique<pal_table>(*table);
+            given_ = true;
             last_tool_m_ = tool_m;
             last_depth_m_ = options_.tool_radius_m - foot->distance_m;
-            last_given_tick_ = record.tick;
             return table;
         }
         ++n_refused_;
-    }
-    if (last_ && record.tick - last_given_tick_ >= REFRESH_TICKS) {
-        last_given_tick_ = record.tick;
-        last_->tick = record.tick;
-        return std::make_unique<pal_table>(*last_);
     }
     return nullptr;
 }

@@ -21,9 +21,8 @@ class Server {
 public:
     /// Borrowed; must outlive the server.
     Server(const scene::World& world, const StiffnessField& field, const BuildOptions& options);
-    /// The table to publish after `record`, or nullptr. A new one when the tool has moved on by a quarter of the table
-    /// or pressed in further by 0.5 mm; the last one again (same content, new tick) before it is 50 ms old, so that the
-    /// loop knows that the host lives. None before the start ramp is over and the tool has been clear of the object once:
+    /// A new table to publish after `record`, or nullptr: when the tool has moved on by a quarter of the last one or
+    /// pressed in further by 0.5 mm. None before the start ramp is over and the tool has been clear of the object once:
     /// homing may leave it inside or behind, and a skin that appears around a tool would throw it.
     [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
     /// Where the tool touches, as last seen.
@@ -39,11 +38,9 @@ private:
     BuildOptions options_;
     contact::Proxy proxy_;
     std::optional<contact::Contact> contact_;
-    bool engaged_ = false;
-    std::unique_ptr<pal_table> last_;
+    bool engaged_ = false, given_ = false;
     Eigen::Vector3d last_tool_m_ = Eigen::Vector3d::Zero();
     double last_depth_m_ = 0.0;
-    std::uint32_t last_given_tick_ = 0;
     std::size_t n_built_ = 0, n_refused_ = 0;
 };
 
