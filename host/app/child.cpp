@@ -22,7 +22,8 @@ Child::Child(const std::filesystem::path& program, const std::vector<std::string
     argv.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND,
+                                     0644);
     posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
     // A group of its own: Ctrl-C reaches this program only, which then ends the others in order.
     posix_spawnattr_t attributes;
@@ -31,7 +32,8 @@ Child::Child(const std::filesystem::path& program, const std::vector<std::string
     const int error = posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw std::runtime_error(program.string() + ": cannot be started: " + std::strerror(error));
+    if (error != 0)
+        throw std::runtime_error(program.string() + ": cannot be started: " + std::strerror(error));
 }
 
 Child::~Child() {

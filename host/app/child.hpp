@@ -11,7 +11,8 @@ namespace palpate::app {
 
 class Child {
 public:
-    /// Starts `program` with `arguments`; its stdout and stderr are appended to `log`. Throws std::runtime_error.
+    /// Starts `program` with `arguments`; its stdout and stderr are appended to `log`. Throws
+    /// std::runtime_error.
     Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
           const std::filesystem::path& log);
     /// Sends SIGTERM if it still runs, and SIGKILL when it does not end within a second.

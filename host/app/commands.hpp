@@ -1,5 +1,5 @@
-/// The commands of `palpate`, each: how its command line reads, and what it does. Exit codes: 0 done, 1 a verdict
-/// failed, 2 bad input, 3 device or link failed, 130 interrupted.
+/// The commands of `palpate`, each: how its command line reads, and what it does. Exit codes: 0 done, 1 a
+/// verdict failed, 2 bad input, 3 device or link failed, 130 interrupted.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>

@@ -8,7 +8,9 @@ namespace {
 
 volatile std::sig_atomic_t seen = 0;
 
-extern "C" void note(int) { seen = 1; }
+extern "C" void note(int) {
+    seen = 1;
+}
 
 }  // namespace
 
@@ -19,6 +21,8 @@ void catch_interrupts() {
     for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
-bool interrupted() { return seen != 0; }
+bool interrupted() {
+    return seen != 0;
+}
 
 }  // namespace palpate::app

@@ -20,7 +20,8 @@ constexpr const char* FOOTER =
     "Exit codes: 0 done, 1 a verdict failed, 2 bad input, 3 device or link failed, 130 interrupted.";
 
 int run(int argc, char** argv) {
-    CLI::App palpate("palpate: feel scanned, thin, soft things through a haptic device, and know how wrong it is.");
+    CLI::App palpate(
+        "palpate: feel scanned, thin, soft things through a haptic device, and know how wrong it is.");
     palpate.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
     palpate.require_subcommand(1);
     palpate.footer(FOOTER);

@@ -9,11 +9,13 @@ namespace palpate::app {
 
 Prepared prepare(std::unique_ptr<scene::World> world, Progress& progress) {
     Prepared prepared{.world = std::move(world), .field = nullptr, .options = {}};
-    prepared.field = std::make_unique<table::StiffnessField>(*prepared.world->surface, prepared.world->material);
+    prepared.field =
+        std::make_unique<table::StiffnessField>(*prepared.world->surface, prepared.world->material);
     prepared.options = table::build_options(*prepared.world);
     const auto points = table::reachable_points(*prepared.world, *prepared.field, prepared.options);
     const std::string of = " of " + std::to_string(points.size()) + " points that the path can reach";
-    prepared.field->bake(points, [&](std::size_t n) { progress.show("stiffness: " + std::to_string(n) + of); });
+    prepared.field->bake(points,
+                         [&](std::size_t n) { progress.show("stiffness: " + std::to_string(n) + of); });
     progress.done("stiffness: " + std::to_string(prepared.field->n_solved()) + of);
     return prepared;
 }
@@ -21,9 +23,10 @@ Prepared prepare(std::unique_ptr<scene::World> world, Progress& progress) {
 std::vector<DevicePoint> device_path(const scene::World& world) {
     std::vector<DevicePoint> path;
     for (const scene::Target& target : world.path) {
-        path.push_back({target.t_s,
-                        {target.tool_m.x() + PAL_WORKSPACE_CENTRE_X_M, target.tool_m.y() + PAL_WORKSPACE_CENTRE_Y_M,
-                         target.tool_m.z() + PAL_WORKSPACE_CENTRE_Z_M}});
+        path.push_back(
+            {target.t_s,
+             {target.tool_m.x() + PAL_WORKSPACE_CENTRE_X_M, target.tool_m.y() + PAL_WORKSPACE_CENTRE_Y_M,
+              target.tool_m.z() + PAL_WORKSPACE_CENTRE_Z_M}});
     }
     return path;
 }
@@ -33,12 +36,13 @@ std::uint32_t path_ticks(const scene::World& world) {
 }
 
 std::string status_line(const pal_tick& tick, double rate_hz) {
-    const double force = std::sqrt(static_cast<double>(tick.force_n[0] * tick.force_n[0] +
-                                                       tick.force_n[1] * tick.force_n[1] +
-                                                       tick.force_n[2] * tick.force_n[2]));
+    const double force =
+        std::sqrt(static_cast<double>(tick.force_n[0] * tick.force_n[0] + tick.force_n[1] * tick.force_n[1] +
+                                      tick.force_n[2] * tick.force_n[2]));
     std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "%4.0f Hz  depth %5.2f mm  force %5.2f N  table %3u ms  missed %u  %s",
-                  rate_hz, 1e3 * std::max(0.0, static_cast<double>(tick.depth_m)), force, tick.table_age_ticks,
+    std::snprintf(text.data(), text.size(),
+                  "%4.0f Hz  depth %5.2f mm  force %5.2f N  table %3u ms  missed %u  %s", rate_hz,
+                  1e3 * std::max(0.0, static_cast<double>(tick.depth_m)), force, tick.table_age_ticks,
                   tick.n_missed, record::state_word(tick.state).c_str());
     return text.data();
 }

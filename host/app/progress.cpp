@@ -17,7 +17,8 @@ void Progress::show(const std::string& line) {
     const auto now = std::chrono::steady_clock::now();
     if (quiet_ || !terminal_ || now - last_ < std::chrono::milliseconds(100)) return;
     last_ = now;
-    std::cerr << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ') << std::flush;
+    std::cerr << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ')
+              << std::flush;
     width_ = std::max(width_, line.size());
 }
 

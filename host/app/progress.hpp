@@ -5,8 +5,8 @@
 
 namespace palpate::app {
 
-/// Rewrites its line at most ten times a second where stderr is a terminal; elsewhere it prints only the last state of
-/// each phase. Silent when told to be.
+/// Rewrites its line at most ten times a second where stderr is a terminal; elsewhere it prints only the last
+/// state of each phase. Silent when told to be.
 class Progress {
 public:
     explicit Progress(bool quiet);

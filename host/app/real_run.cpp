@@ -28,14 +28,17 @@ constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
 constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
 constexpr std::uint32_t TAIL_TICKS = 100;
 
-std::uint64_t monotonic_ns() { return static_cast<std::uint64_t>(Clock::now().time_since_epoch().count()); }
+std::uint64_t monotonic_ns() {
+    return static_cast<std::uint64_t>(Clock::now().time_since_epoch().count());
+}
 
 /// A folder of its own for sockets and the hand's path; gone with the run.
 class Scratch {
 public:
     Scratch() {
         std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot create a scratch folder");
+        if (mkdtemp(name.data()) == nullptr)
+            throw std::runtime_error(name + ": cannot create a scratch folder");
         path_ = name;
     }
     ~Scratch() {
@@ -50,7 +53,9 @@ private:
     std::filesystem::path path_;
 };
 
-std::string micrometres(double m) { return std::to_string(std::llround(1e6 * m)); }
+std::string micrometres(double m) {
+    return std::to_string(std::llround(1e6 * m));
+}
 
 void write_path(const std::filesystem::path& file, const std::vector<DevicePoint>& path) {
     std::ofstream out(file);
@@ -70,15 +75,27 @@ std::string number(double value) {
 
 std::vector<std::string> device_arguments(const scene::Scene& scene, const Scratch& scratch) {
     const scene::Hand& hand = scene.hand;
-    return {"serve", "--socket", (scratch / "falcon").string(), "--path", (scratch / "path").string(), "--grip",
-            number(hand.mass_kg) + "," + number(hand.stiffness_n_per_m) + "," + number(hand.damping_n_s_per_m),
-            "--ramp-ticks", std::to_string(std::max(1L, std::lround(1e3 * scene.touch.ramp_s))), "--seed",
-            std::to_string(scene.run.seed), "--die-with-parent"};
+    return {
+        "serve",
+        "--socket",
+        (scratch / "falcon").string(),
+        "--path",
+        (scratch / "path").string(),
+        "--grip",
+        number(hand.mass_kg) + "," + number(hand.stiffness_n_per_m) + "," + number(hand.damping_n_s_per_m),
+        "--ramp-ticks",
+        std::to_string(std::max(1L, std::lround(1e3 * scene.touch.ramp_s))),
+        "--seed",
+        std::to_string(scene.run.seed),
+        "--die-with-parent"};
 }
 
-std::vector<std::string> loop_arguments(const scene::Scene& scene, const Scratch& scratch, const std::string& link) {
-    return {"--link", link, "--device", "link:" + (scratch / "falcon").string(), "--force-max-n",
-            number(scene.touch.force_max_n), "--ramp-ticks", std::to_string(std::lround(1e3 * scene.touch.ramp_s))};
+std::vector<std::string> loop_arguments(const scene::Scene& scene, const Scratch& scratch,
+                                        const std::string& link) {
+    return {"--link",        link,
+            "--device",      "link:" + (scratch / "falcon").string(),
+            "--force-max-n", number(scene.touch.force_max_n),
+            "--ramp-ticks",  std::to_string(std::lround(1e3 * scene.touch.ramp_s))};
 }
 
 /// What the simulated Falcon says of itself, one JSON line.
@@ -95,11 +112,14 @@ std::string ask_device(const Scratch& scratch) {
     return answer;
 }
 
-/// Builds and publishes tables for the newest record, off the thread that watches; keeps the last one fresh meanwhile.
+/// Builds and publishes tables for the newest record, off the thread that watches; keeps the last one fresh
+/// meanwhile.
 class TableThread {
 public:
     TableThread(const Prepared& prepared, pal_link& link)
-        : server_(*prepared.world, *prepared.field, prepared.options), publisher_(link), thread_([this] { work(); }) {}
+        : server_(*prepared.world, *prepared.field, prepared.options),
+          publisher_(link),
+          thread_([this] { work(); }) {}
     ~TableThread() { stop(); }
     void offer(const pal_tick& record) {
         const std::lock_guard lock(mutex_);
@@ -143,7 +163,8 @@ private:
     std::thread thread_;
 };
 
-/// Reads the loop's records and numbers the path's ticks: the path begins a ramp after homing, here as in the device.
+/// Reads the loop's records and numbers the path's ticks: the path begins a ramp after homing, here as in the
+/// device.
 class Watcher {
 public:
     Watcher(const pal_link& link, std::uint32_t ramp_ticks) : link_(&link), ramp_ticks_(ramp_ticks) {}

@@ -57,7 +57,8 @@ void add_view(CLI::App& palpate, std::function<int()>& chosen) {
     CLI::App* command = palpate.add_subcommand("view", "look at a scene, or at what a run felt");
     command->add_option("what", options->what, "scene file (.toml) or record (.palrec)")->required();
     command->add_option("--screenshot", options->screenshot, "write this PNG instead of opening a window");
-    command->add_option("--at", options->at_s, "scene time of the screenshot, s; the largest force by default")
+    command
+        ->add_option("--at", options->at_s, "scene time of the screenshot, s; the largest force by default")
         ->check(CLI::NonNegativeNumber);
     command->add_flag("--quiet", options->quiet, "no progress");
     command->footer("Example:\n  palpate view out/bunny/run.palrec --screenshot touch.png --at 3");

@@ -12,7 +12,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Vector3f vec(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+Vector3f vec(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
 
 /// Index of the tick at a scene time; the first tick of the path where it has none before.
 std::size_t tick_at(const std::vector<pal_tick>& ticks, std::size_t first, double t_s) {
@@ -21,14 +23,15 @@ std::size_t tick_at(const std::vector<pal_tick>& ticks, std::size_t first, doubl
 }
 
 std::size_t first_of_path(const std::vector<pal_tick>& ticks) {
-    const auto found = std::find_if(ticks.begin(), ticks.end(), [](const pal_tick& t) { return t.path_tick > 0; });
+    const auto found =
+        std::find_if(ticks.begin(), ticks.end(), [](const pal_tick& t) { return t.path_tick > 0; });
     return found == ticks.end() ? 0 : static_cast<std::size_t>(found - ticks.begin());
 }
 
 std::string rate_line(const pal_tick& tick, double rate_hz) {
     std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "haptics %.0f Hz   missed %u   table %u ms old", rate_hz, tick.n_missed,
-                  tick.table_age_ticks);
+    std::snprintf(text.data(), text.size(), "haptics %.0f Hz   missed %u   table %u ms old", rate_hz,
+                  tick.n_missed, tick.table_age_ticks);
     return text.data();
 }
 
@@ -60,12 +63,13 @@ void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) 
 
 double peak_time_s(const std::vector<pal_tick>& ticks) {
     const auto size = [](const pal_tick& t) { return vec(t.force_n).squaredNorm(); };
-    const auto peak = std::max_element(ticks.begin(), ticks.end(),
-                                       [&](const pal_tick& a, const pal_tick& b) { return size(a) < size(b); });
+    const auto peak = std::max_element(
+        ticks.begin(), ticks.end(), [&](const pal_tick& a, const pal_tick& b) { return size(a) < size(b); });
     return peak == ticks.end() ? 0.0 : 1e-3 * peak->path_tick;
 }
 
-view::Source view_source(const scene::World& world, const table::StiffnessField& field, std::vector<pal_tick> ticks) {
+view::Source view_source(const scene::World& world, const table::StiffnessField& field,
+                         std::vector<pal_tick> ticks) {
     view::Source source;
     for (const Vector3d& p : world.cloud.points_m) source.body.points_m.push_back(p.cast<float>());
     for (const Vector3d& n : world.cloud.normals) source.body.normals.push_back(n.cast<float>());

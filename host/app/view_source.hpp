@@ -10,8 +10,8 @@
 
 namespace palpate::app {
 
-/// Frames by scene time (0: the path's begin). Borrows world and field; the dip under the tool is solved when a frame
-/// is asked for (about 5 ms).
+/// Frames by scene time (0: the path's begin). Borrows world and field; the dip under the tool is solved when
+/// a frame is asked for (about 5 ms).
 [[nodiscard]] view::Source view_source(const scene::World& world, const table::StiffnessField& field,
                                        std::vector<pal_tick> ticks);
 

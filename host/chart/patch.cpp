@@ -10,10 +10,10 @@
 namespace palpate::chart {
 namespace {
 
-constexpr double FREE_EDGE = 1e-6;        // of the largest D: a free edge (MATH.md, cantilever)
-constexpr double COVERED_MIN = 0.5;       // share of nodes that need skin
-constexpr double REACH_IN_SPACINGS = 2.0; // a node takes E from points this near
-constexpr double FIT_SUPPORT = 0.75;      // of the patch side: radius of the weights of fit and curvature
+constexpr double FREE_EDGE = 1e-6;         // of the largest D: a free edge (MATH.md, cantilever)
+constexpr double COVERED_MIN = 0.5;        // share of nodes that need skin
+constexpr double REACH_IN_SPACINGS = 2.0;  // a node takes E from points this near
+constexpr double FIT_SUPPORT = 0.75;       // of the patch side: radius of the weights of fit and curvature
 
 /// The points around a contact along the surface, with their fitting weights.
 struct Around {
@@ -44,7 +44,8 @@ Frame fitted_frame(const Around& around, const contact::Foot& foot) {
     return frame_at(foot.point_m, sphere.normal(foot.point_m), kappa);
 }
 
-/// kappa1 kappa2 at the contact: the fitted sphere's curvature corrected by the quadratic part of the heights over it.
+/// kappa1 kappa2 at the contact: the fitted sphere's curvature corrected by the quadratic part of the heights
+/// over it.
 double gaussian_curvature(const Around& around, const Frame& frame, double scale_m) {
     Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
@@ -73,8 +74,10 @@ Eigen::ArrayXXd young_at_nodes(const std::vector<PlatePoint>& points, const std:
     for (const PlatePoint& p : points) {
         const double x = p.at_m.x() + 0.5 * side_m, z = p.at_m.y() + 0.5 * side_m;
         for (Eigen::Index i = std::max<Eigen::Index>(0, first(x)); i <= std::min(nodes - 1, last(x)); ++i) {
-            for (Eigen::Index j = std::max<Eigen::Index>(0, first(z)); j <= std::min(nodes - 1, last(z)); ++j) {
-                const double dx = static_cast<double>(i) * step_m - x, dz = static_cast<double>(j) * step_m - z;
+            for (Eigen::Index j = std::max<Eigen::Index>(0, first(z)); j <= std::min(nodes - 1, last(z));
+                 ++j) {
+                const double dx = static_cast<double>(i) * step_m - x,
+                             dz = static_cast<double>(j) * step_m - z;
                 const double w = contact::wendland(std::sqrt(dx * dx + dz * dz) / reach_m);
                 weights(i, j) += w;
                 sum(i, j) += w * young_pa[p.point];
@@ -89,20 +92,26 @@ Eigen::ArrayXXd young_at_nodes(const std::vector<PlatePoint>& points, const std:
 Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, const Material& material,
                 Eigen::Index nodes) {
     const Around around = points_around(surface, foot, material);
-    Patch patch{.frame = fitted_frame(around, foot), .problem = {}, .points = {}, .covered = 0.0,
-                .gauss_per_m2 = 0.0, .saddle = false};
+    Patch patch{.frame = fitted_frame(around, foot),
+                .problem = {},
+                .points = {},
+                .covered = 0.0,
+                .gauss_per_m2 = 0.0,
+                .saddle = false};
     for (std::size_t i = 0; i < around.points.size(); ++i) {
         const auto uvh = gnomonic(patch.frame, patch.frame.local_m(around.at_m[i]));
         if (!uvh) continue;
-        patch.points.push_back({around.points[i], to_plate(patch.frame, material.projection, uvh->x(), uvh->y())});
+        patch.points.push_back(
+            {around.points[i], to_plate(patch.frame, material.projection, uvh->x(), uvh->y())});
     }
     const double side_m = material.patch_size_m;
     const Eigen::ArrayXXd young = young_at_nodes(patch.points, surface.cloud().young_pa, side_m, nodes,
                                                  REACH_IN_SPACINGS * material.spacing_m);
     patch.covered = static_cast<double>((young > 0.0).count()) / static_cast<double>(young.size());
     if (patch.covered < COVERED_MIN || !(young(nodes / 2, nodes / 2) > 0.0)) {
-        throw NoPatch("the skin covers " + std::to_string(std::lround(100.0 * patch.covered)) + " % of a patch of " +
-                      std::to_string(std::lround(1e3 * side_m)) + " mm; at least half is needed");
+        throw NoPatch("the skin covers " + std::to_string(std::lround(100.0 * patch.covered)) +
+                      " % of a patch of " + std::to_string(std::lround(1e3 * side_m)) +
+                      " mm; at least half is needed");
     }
     if (material.shell) {
         patch.gauss_per_m2 = gaussian_curvature(around, patch.frame, FIT_SUPPORT * side_m);
@@ -113,20 +122,21 @@ Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, cons
     const double shell = h * std::max(patch.gauss_per_m2, 0.0);
     patch.problem.size_m = {side_m, side_m};
     patch.problem.rigidity_n_m = rigidity.max(FREE_EDGE * rigidity.maxCoeff());
-    patch.problem.foundation_n_per_m3 = (young > 0.0).select(young * shell + material.foundation_n_per_m3, 0.0);
+    patch.problem.foundation_n_per_m3 =
+        (young > 0.0).select(young * shell + material.foundation_n_per_m3, 0.0);
     patch.problem.poisson = nu;
     return patch;
 }
 
-Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot, const Material& material,
-                          Eigen::Index nodes) {
+Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
+                          const Material& material, Eigen::Index nodes) {
     const Patch patch = cut_patch(surface, foot, material, nodes);
     const plate::Compliance c = plate::extrapolated_centre_compliance(patch.problem);
     return {1.0 / c.m_per_n, c.relative_error, patch.covered, patch.saddle};
 }
 
-std::vector<Displaced> dip(const contact::Surface& surface, const contact::Foot& foot, const Material& material,
-                           double force_n, Eigen::Index nodes) {
+std::vector<Displaced> dip(const contact::Surface& surface, const contact::Foot& foot,
+                           const Material& material, double force_n, Eigen::Index nodes) {
     const Patch patch = cut_patch(surface, foot, material, nodes);
     const Eigen::ArrayXXd w = plate::Plate(patch.problem).deflection_m(nodes / 2, nodes / 2) * force_n;
     const double step_m = material.patch_size_m / static_cast<double>(nodes - 1);
@@ -138,8 +148,8 @@ std::vector<Displaced> dip(const contact::Surface& surface, const contact::Foot&
         if (!(x >= 0.0 && x < limit && z >= 0.0 && z < limit)) continue;
         const auto i = static_cast<Eigen::Index>(x), j = static_cast<Eigen::Index>(z);
         const double a = x - static_cast<double>(i), b = z - static_cast<double>(j);
-        const double here = (1 - a) * (1 - b) * w(i, j) + a * (1 - b) * w(i + 1, j) + (1 - a) * b * w(i, j + 1) +
-                            a * b * w(i + 1, j + 1);
+        const double here = (1 - a) * (1 - b) * w(i, j) + a * (1 - b) * w(i + 1, j) +
+                            (1 - a) * b * w(i, j + 1) + a * b * w(i + 1, j + 1);
         moved.push_back({p.point, -here * foot.normal});
     }
     return moved;

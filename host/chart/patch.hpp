@@ -18,7 +18,7 @@ struct Material {
     bool shell = true;                 ///< k_f = E h max(kappa1 kappa2, 0) on top
     double patch_size_m = 0.016;
     Projection projection = Projection::azimuthal;
-    double spacing_m = 0.001;          ///< between the scan's points, median
+    double spacing_m = 0.001;  ///< between the scan's points, median
 };
 
 /// A place where no plate can be cut: too little skin around it.
@@ -33,19 +33,19 @@ struct PlatePoint {
 };
 
 struct Patch {
-    Frame frame;                 ///< origin at the contact, e3 from the fitted sphere's centre
-    plate::Problem problem;      ///< centred on the contact
+    Frame frame;             ///< origin at the contact, e3 from the fitted sphere's centre
+    plate::Problem problem;  ///< centred on the contact
     std::vector<PlatePoint> points;
-    double covered;              ///< share of the nodes that have skin
-    double gauss_per_m2;         ///< kappa1 kappa2
-    bool saddle;                 ///< gauss < 0: no local foundation exists, the edge decides (MATH.md)
+    double covered;       ///< share of the nodes that have skin
+    double gauss_per_m2;  ///< kappa1 kappa2
+    bool saddle;          ///< gauss < 0: no local foundation exists, the edge decides (MATH.md)
 };
 
-/// The square patch around `foot`, `nodes` along each side (4 m + 1). Neighbourhood grown along the surface, weighted
-/// Pratt fit, chart, E interpolated to the nodes; nodes without skin are a free edge (D = 1e-6 Dmax, k_f = 0). Throws
-/// NoPatch when less than half is covered. About 0.4 ms.
-[[nodiscard]] Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, const Material& material,
-                              Eigen::Index nodes);
+/// The square patch around `foot`, `nodes` along each side (4 m + 1). Neighbourhood grown along the surface,
+/// weighted Pratt fit, chart, E interpolated to the nodes; nodes without skin are a free edge (D = 1e-6 Dmax,
+/// k_f = 0). Throws NoPatch when less than half is covered. About 0.4 ms.
+[[nodiscard]] Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot,
+                              const Material& material, Eigen::Index nodes);
 
 struct Stiffness {
     double n_per_m;         ///< 1 / centre compliance under a point load
@@ -54,11 +54,13 @@ struct Stiffness {
     bool saddle;
 };
 
-/// Cut, solve, extrapolate: the stiffness felt at `foot` for small depths. `nodes` on the finer of the two grids.
+/// Cut, solve, extrapolate: the stiffness felt at `foot` for small depths. `nodes` on the finer of the two
+/// grids.
 [[nodiscard]] Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
                                         const Material& material, Eigen::Index nodes = 33);
 
-/// How far each scan point near `foot` moves along the inward normal under `force_n` there (paper eq. 9: P' = P + w n).
+/// How far each scan point near `foot` moves along the inward normal under `force_n` there (paper eq. 9: P' =
+/// P + w n).
 struct Displaced {
     cloud::Index point;
     Eigen::Vector3d by_m;

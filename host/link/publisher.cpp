@@ -6,7 +6,8 @@
 namespace palpate::link {
 namespace {
 
-constexpr std::uint32_t REFRESH_TICKS = 40;  // well within the 100 ticks after which the loop calls a table stale
+constexpr std::uint32_t REFRESH_TICKS =
+    40;  // well within the 100 ticks after which the loop calls a table stale
 
 }  // namespace
 

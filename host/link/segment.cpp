@@ -14,7 +14,9 @@
 namespace palpate::link {
 namespace {
 
-std::string prefix() { return "palpate-" + std::to_string(getuid()) + "-"; }
+std::string prefix() {
+    return "palpate-" + std::to_string(getuid()) + "-";
+}
 
 /// Segments of this user whose creator was killed before it could remove them.
 void remove_orphans() {

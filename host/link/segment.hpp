@@ -11,8 +11,9 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Creates a POSIX shared-memory segment that only this user can open (0600), named after user and process, prepared
-/// by pal_link_init; removed again when this goes. Segments whose creator no longer lives are removed first.
+/// Creates a POSIX shared-memory segment that only this user can open (0600), named after user and process,
+/// prepared by pal_link_init; removed again when this goes. Segments whose creator no longer lives are
+/// removed first.
 class Segment {
 public:
     Segment();
@@ -20,7 +21,9 @@ public:
     Segment(const Segment&) = delete;
     Segment& operator=(const Segment&) = delete;
     [[nodiscard]] pal_link& link() const { return *link_; }
-    [[nodiscard]] const std::string& name() const { return name_; }  ///< "/palpate-..." for palpate-loop --link
+    [[nodiscard]] const std::string& name() const {
+        return name_;
+    }  ///< "/palpate-..." for palpate-loop --link
 
 private:
     std::string name_;

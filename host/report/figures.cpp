@@ -11,15 +11,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double DEPTH_MIN_M = 0.5e-3;     // shallower ticks say little about stiffness
-constexpr double SMALL_DEFLECTION = 0.5;   // of h: beyond it linear plate theory is only nominal
+constexpr double DEPTH_MIN_M = 0.5e-3;    // shallower ticks say little about stiffness
+constexpr double SMALL_DEFLECTION = 0.5;  // of h: beyond it linear plate theory is only nominal
 
-Vector3d vec(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+Vector3d vec(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
 
-bool in_contact(const pal_tick& tick) { return tick.depth_m > 0.0F && tick.k_n_per_m > 0.0F; }
+bool in_contact(const pal_tick& tick) {
+    return tick.depth_m > 0.0F && tick.k_n_per_m > 0.0F;
+}
 
 /// What the motors did where a simulated device tells, what was commanded otherwise.
-Vector3d force_of(const pal_tick& tick) { return tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n); }
+Vector3d force_of(const pal_tick& tick) {
+    return tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n);
+}
 
 std::optional<double> median(std::vector<double>& values) {
     if (values.empty()) return std::nullopt;
@@ -37,9 +43,11 @@ struct Range {
         any = true;
     }
     [[nodiscard]] nlohmann::json json() const {
-        return any ? nlohmann::json{{"min", low}, {"max", high}} : nlohmann::json{{"min", nullptr}, {"max", nullptr},
-                                                                                  {"min_why", "no contact"},
-                                                                                  {"max_why", "no contact"}};
+        return any ? nlohmann::json{{"min", low}, {"max", high}}
+                   : nlohmann::json{{"min", nullptr},
+                                    {"max", nullptr},
+                                    {"min_why", "no contact"},
+                                    {"max_why", "no contact"}};
     }
 };
 
@@ -80,7 +88,8 @@ StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_ti
     if (a && b) {
         ratio.value = *a / *b;
     } else {
-        ratio.why = !a ? "the tool never pressed over the nodule" : "the tool never pressed beside the nodule";
+        ratio.why =
+            !a ? "the tool never pressed over the nodule" : "the tool never pressed beside the nodule";
     }
     return ratio;
 }
@@ -93,8 +102,10 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
         faults |= tick.faults;
         if (tick.stop != 0) stop = tick.stop;
         n_fading += static_cast<std::size_t>(tick.before_id != 0);
-        n_clamped += static_cast<std::size_t>((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0);
-        n_stale += static_cast<std::size_t>((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0);
+        n_clamped +=
+            static_cast<std::size_t>((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0);
+        n_stale +=
+            static_cast<std::size_t>((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0);
         if (!in_contact(tick)) continue;
         ++n_contact;
         force.add(force_of(tick).norm());
@@ -103,20 +114,21 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
         age.add(tick.table_age_ticks);
     }
     const double relative = depth.any ? depth.high / world.scene.skin.thickness_m : 0.0;
-    nlohmann::json figures = {{"stop", record::stop_word(stop)},
-                              {"faults", record::fault_words(faults)},
-                              {"n_ticks", ticks.size()},
-                              {"n_contact_ticks", n_contact},
-                              {"n_fading_ticks", n_fading},
-                              {"n_clamped_ticks", n_clamped},
-                              {"n_stale_ticks", n_stale},
-                              {"n_missed_ticks", ticks.empty() ? 0U : ticks.back().n_missed},
-                              {"force_n", force.json()},
-                              {"depth_m", depth.json()},
-                              {"k_n_per_m", k.json()},
-                              {"table_age_ticks", age.json()},
-                              {"depth_over_thickness_max", relative},
-                              {"fade_work_j", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().fade_work_j)}};
+    nlohmann::json figures = {
+        {"stop", record::stop_word(stop)},
+        {"faults", record::fault_words(faults)},
+        {"n_ticks", ticks.size()},
+        {"n_contact_ticks", n_contact},
+        {"n_fading_ticks", n_fading},
+        {"n_clamped_ticks", n_clamped},
+        {"n_stale_ticks", n_stale},
+        {"n_missed_ticks", ticks.empty() ? 0U : ticks.back().n_missed},
+        {"force_n", force.json()},
+        {"depth_m", depth.json()},
+        {"k_n_per_m", k.json()},
+        {"table_age_ticks", age.json()},
+        {"depth_over_thickness_max", relative},
+        {"fade_work_j", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().fade_work_j)}};
     if (relative > SMALL_DEFLECTION) {
         figures["depth_over_thickness_warning"] =
             "deeper than half the thickness: the linear law is nominal there (docs/MATH.md, depth law)";
@@ -124,13 +136,15 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
     return figures;
 }
 
-void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& error, const std::string& why_not) {
+void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& error,
+                     const std::string& why_not) {
     const bool complete = error && error->n_without_reference == 0;
     if (!complete) {
         const std::string why = error ? std::to_string(error->n_without_reference) +
                                             " of the chosen ticks have no plate to compare with"
                                       : why_not;
-        for (const char* name : {"force_error_rms_relative", "force_error_max_relative", "force_error_parts"}) {
+        for (const char* name :
+             {"force_error_rms_relative", "force_error_max_relative", "force_error_parts"}) {
             summary[name] = nullptr;
             summary[std::string(name) + "_why"] = why;
         }
@@ -143,10 +157,13 @@ void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& e
                                         {"delay", figure_json(error->delay)},
                                         {"quantisation", figure_json(error->quantisation)}};
     }
-    summary["force_error_ticks"] = {{"contact", error->n_contact},   {"checked", error->n_checked},
+    summary["force_error_ticks"] = {{"contact", error->n_contact},
+                                    {"checked", error->n_checked},
                                     {"without_reference", error->n_without_reference},
-                                    {"fading", error->n_fading},     {"clamped", error->n_clamped},
-                                    {"ramped", error->n_ramped},     {"stale", error->n_stale}};
+                                    {"fading", error->n_fading},
+                                    {"clamped", error->n_clamped},
+                                    {"ramped", error->n_ramped},
+                                    {"stale", error->n_stale}};
     summary["force_reference_rms_n"] = error->reference_rms_n;
     summary["force_reference_max_n"] = error->reference_max_n;
 }
@@ -156,7 +173,8 @@ std::vector<std::string> failed_expectations(const scene::Scene& scene, const nl
     for (const scene::Expect& expect : scene.expect) {
         const bool known = summary.contains(expect.name);
         if (known && holds(expect, summary[expect.name])) continue;
-        const std::string bound = expect.op + " " + (expect.number ? nlohmann::json(*expect.number).dump() : expect.word);
+        const std::string bound =
+            expect.op + " " + (expect.number ? nlohmann::json(*expect.number).dump() : expect.word);
         failed.push_back(expect.name + " " + bound + " does not hold: it is " +
                          (known ? summary[expect.name].dump() : std::string("not in summary.json")));
     }

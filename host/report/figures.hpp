@@ -11,23 +11,28 @@
 
 namespace palpate::report {
 
-/// Felt stiffness over the first nodule against beside it: median |F|/depth over contact ticks whose foot lies within
-/// the nodule's radius, over the median between 1.5 and 3 radii. |F| is what the motor words did, depth comes from the
-/// tool's place and the scan: neither E nor k is asked.
+/// Felt stiffness over the first nodule against beside it: median |F|/depth over contact ticks whose foot
+/// lies within the nodule's radius, over the median between 1.5 and 3 radii. |F| is what the motor words did,
+/// depth comes from the tool's place and the scan: neither E nor k is asked.
 struct StiffnessRatio {
     std::optional<double> value;
-    std::string why;            ///< why there is no value
+    std::string why;  ///< why there is no value
     std::size_t n_over = 0, n_beside = 0;
 };
 [[nodiscard]] StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_tick> ticks);
 
-/// Counts and ranges over all ticks: contact, forces, depth/h with its warning, k, faults, missed periods, table ages.
+/// Counts and ranges over all ticks: contact, forces, depth/h with its warning, k, faults, missed periods,
+/// table ages.
 [[nodiscard]] nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> ticks);
 
-/// force_error_rms_relative, force_error_max_relative, force_error_parts, ...; null with ..._why where there is none.
-void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& error, const std::string& why_not);
+/// force_error_rms_relative, force_error_max_relative, force_error_parts, ...; null with ..._why where there
+/// is none.
+void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& error,
+                     const std::string& why_not);
 
-/// Bounds of [expect] that do not hold, in words. A name that the summary lacks or that is null does not hold.
-[[nodiscard]] std::vector<std::string> failed_expectations(const scene::Scene& scene, const nlohmann::json& summary);
+/// Bounds of [expect] that do not hold, in words. A name that the summary lacks or that is null does not
+/// hold.
+[[nodiscard]] std::vector<std::string> failed_expectations(const scene::Scene& scene,
+                                                           const nlohmann::json& summary);
 
 }  // namespace palpate::report

@@ -14,9 +14,13 @@ using Eigen::Vector3d;
 
 constexpr std::size_t SAMPLE = 400;
 
-Vector3d vec(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+Vector3d vec(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
 
-bool in_contact(const pal_tick& tick) { return tick.truth_valid != 0 && tick.depth_m > 0.0F; }
+bool in_contact(const pal_tick& tick) {
+    return tick.truth_valid != 0 && tick.depth_m > 0.0F;
+}
 
 /// The four parts of one tick's error, and the reference.
 struct Checked {
@@ -38,7 +42,8 @@ private:
     std::map<std::uint64_t, std::unique_ptr<pal_table>> tables_;
 };
 
-/// What the loop would have commanded at `at_m` with this tick's tables, fade, gain and clamp, without rounding.
+/// What the loop would have commanded at `at_m` with this tick's tables, fade, gain and clamp, without
+/// rounding.
 Vector3d commanded(const pal_tick& tick, const TableSet& tables, const LoopModel& loop, double force_max_n,
                    const Vector3d& at_m) {
     Vector3d force = Vector3d::Zero();
@@ -46,22 +51,24 @@ Vector3d commanded(const pal_tick& tick, const TableSet& tables, const LoopModel
     if (const pal_table* now = tables.at(tick.table_id)) {
         force += (tick.before_id != 0 ? weight : 1.0) * loop.table_force_n(*now, at_m);
     }
-    if (const pal_table* before = tables.at(tick.before_id)) force += (1.0 - weight) * loop.table_force_n(*before, at_m);
+    if (const pal_table* before = tables.at(tick.before_id))
+        force += (1.0 - weight) * loop.table_force_n(*before, at_m);
     force *= tick.gain;
     const double size = force.norm();
     return size > force_max_n ? Vector3d(force * (force_max_n / size)) : force;
 }
 
 /// `sensed_m`: where the tool truly was when this tick's encoders were read.
-Checked check(const pal_tick& tick, const Vector3d& sensed_m, const Vector3d& reference_n, const TableSet& tables,
-              const LoopModel& loop, double force_max_n) {
+Checked check(const pal_tick& tick, const Vector3d& sensed_m, const Vector3d& reference_n,
+              const TableSet& tables, const LoopModel& loop, double force_max_n) {
     const Vector3d acts_m = vec(tick.truth_position_m);
     const auto fresh = loop.fresh_table(acts_m);
     if (!fresh) return {};
     const Vector3d made = vec(tick.truth_force_n), ideal = loop.table_force_n(*fresh, acts_m);
     const Vector3d at_sensed = commanded(tick, tables, loop, force_max_n, sensed_m);
     const Vector3d at_acting = commanded(tick, tables, loop, force_max_n, acts_m);
-    return {true, reference_n, ideal - reference_n, at_acting - ideal, at_sensed - at_acting, made - at_sensed};
+    return {
+        true, reference_n, ideal - reference_n, at_acting - ideal, at_sensed - at_acting, made - at_sensed};
 }
 
 class Accumulator {
@@ -71,7 +78,9 @@ public:
         max_ = std::max(max_, error.norm());
         ++n_;
     }
-    [[nodiscard]] double rms() const { return n_ == 0 ? 0.0 : std::sqrt(sum_squares_ / static_cast<double>(n_)); }
+    [[nodiscard]] double rms() const {
+        return n_ == 0 ? 0.0 : std::sqrt(sum_squares_ / static_cast<double>(n_));
+    }
     [[nodiscard]] double max() const { return max_; }
     [[nodiscard]] Figure relative_to(const Accumulator& reference) const {
         return {rms() / reference.rms(), max() / reference.max()};
@@ -83,7 +92,8 @@ private:
 };
 
 /// References for the chosen ticks, on two threads, each with caches of its own.
-std::vector<std::optional<ReferenceForce>> references(const scene::World& world, std::span<const pal_tick> ticks,
+std::vector<std::optional<ReferenceForce>> references(const scene::World& world,
+                                                      std::span<const pal_tick> ticks,
                                                       const std::vector<std::size_t>& chosen,
                                                       const std::function<void(double)>& progress) {
     std::vector<std::optional<ReferenceForce>> found(chosen.size());
@@ -106,7 +116,8 @@ void count(const pal_tick& tick, ForceError& error) {
     if (tick.before_id != 0) ++error.n_fading;
     if ((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0) ++error.n_clamped;
     if (tick.state == PAL_STATE_RAMP) ++error.n_ramped;
-    if ((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED | PAL_FAULT_TABLE_LEFT)) != 0) ++error.n_stale;
+    if ((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED | PAL_FAULT_TABLE_LEFT)) != 0)
+        ++error.n_stale;
 }
 
 }  // namespace
@@ -122,10 +133,12 @@ std::vector<std::size_t> ticks_to_check(std::span<const pal_tick> ticks, bool fu
 }
 
 std::optional<ForceError> force_error(const scene::World& world, std::span<const pal_tick> ticks,
-                                      const std::map<std::uint64_t, record::TableBytes>& tables, const LoopModel& loop,
-                                      bool full, const std::function<void(double)>& progress) {
+                                      const std::map<std::uint64_t, record::TableBytes>& tables,
+                                      const LoopModel& loop, bool full,
+                                      const std::function<void(double)>& progress) {
     ForceError error;
-    for (std::size_t i = 1; i < ticks.size(); ++i) error.n_contact += static_cast<std::size_t>(in_contact(ticks[i]));
+    for (std::size_t i = 1; i < ticks.size(); ++i)
+        error.n_contact += static_cast<std::size_t>(in_contact(ticks[i]));
     const std::vector<std::size_t> chosen = ticks_to_check(ticks, full);
     const auto reference = references(world, ticks, chosen, progress);
     const TableSet set(tables);

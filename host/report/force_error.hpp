@@ -20,7 +20,8 @@ namespace palpate::report {
 struct LoopModel {
     /// Force of a table at a tool centre, N, workspace frame, without rounding.
     std::function<Eigen::Vector3d(const pal_table&, const Eigen::Vector3d&)> table_force_n;
-    /// A table made for this very place, without delay; nullptr where none can be built. Called from one thread.
+    /// A table made for this very place, without delay; nullptr where none can be built. Called from one
+    /// thread.
     std::function<std::unique_ptr<pal_table>(const Eigen::Vector3d&)> fresh_table;
 };
 
@@ -31,23 +32,26 @@ struct Figure {
 };
 
 struct ForceError {
-    std::size_t n_contact = 0;   ///< ticks with contact
-    std::size_t n_checked = 0;   ///< of them compared with the reference
+    std::size_t n_contact = 0;            ///< ticks with contact
+    std::size_t n_checked = 0;            ///< of them compared with the reference
     std::size_t n_without_reference = 0;  ///< chosen, but no plate exists there
     std::size_t n_fading = 0, n_clamped = 0, n_ramped = 0, n_stale = 0;  ///< among the checked
     double reference_rms_n = 0.0, reference_max_n = 0.0;
-    Figure total;         ///< motor words through the true Jacobian, against the reference
-    Figure table;         ///< a fresh table at the true place, against the reference
-    Figure staleness;     ///< the tables in use with fade, ladder and clamp, against a fresh one
-    Figure delay;         ///< the place that was sensed, against the place where the force acts
-    Figure quantisation;  ///< encoder counts, float and motor words, against exact numbers at the sensed place
+    Figure total;      ///< motor words through the true Jacobian, against the reference
+    Figure table;      ///< a fresh table at the true place, against the reference
+    Figure staleness;  ///< the tables in use with fade, ladder and clamp, against a fresh one
+    Figure delay;      ///< the place that was sensed, against the place where the force acts
+    Figure
+        quantisation;  ///< encoder counts, float and motor words, against exact numbers at the sensed place
 };
 
 /// Ticks to check: every n-th contact tick, n = contact ticks/400 rounded down (1 at least), or every one.
 [[nodiscard]] std::vector<std::size_t> ticks_to_check(std::span<const pal_tick> ticks, bool full);
 
-/// nullopt without a single tick that can be checked. Two threads; the answer does not depend on their schedule.
-[[nodiscard]] std::optional<ForceError> force_error(const scene::World& world, std::span<const pal_tick> ticks,
+/// nullopt without a single tick that can be checked. Two threads; the answer does not depend on their
+/// schedule.
+[[nodiscard]] std::optional<ForceError> force_error(const scene::World& world,
+                                                    std::span<const pal_tick> ticks,
                                                     const std::map<std::uint64_t, record::TableBytes>& tables,
                                                     const LoopModel& loop, bool full,
                                                     const std::function<void(double)>& progress);

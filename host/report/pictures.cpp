@@ -21,18 +21,29 @@ std::string script(const std::filesystem::path& directory, const std::string& ti
     return "set datafile separator ','\n"
            "set term pngcairo size 1200,700 noenhanced font 'sans,12'\n"
            "set key top right\nset grid lc rgb '#dddddd'\nset border lc rgb '#555555'\n"
-           "set title " + quoted(title) + "\n"
-           "set output " + quoted((directory / "force.png").string()) + "\n"
+           "set title " +
+           quoted(title) +
+           "\n"
+           "set output " +
+           quoted((directory / "force.png").string()) +
+           "\n"
            "set xlabel 'time (s)'\nset ylabel 'force (N)'\nset y2label 'depth (mm)'\n"
-           "set ytics nomirror\nset y2tics\nset autoscale xfixmax\nset xrange [0:]\nset yrange [0:]\nset y2range [0:]\n"
-           "plot " + csv + " using (column('t_s')):" + force + " with lines lw 2 lc rgb '#3b528b' title 'force', '' using "
-           "(column('t_s')):(column('depth_m') > 0 ? 1e3*column('depth_m') : 0) axes x1y2 with lines lw 2 lc rgb '#5ec962' "
+           "set ytics nomirror\nset y2tics\nset autoscale xfixmax\nset xrange [0:]\nset yrange [0:]\nset "
+           "y2range [0:]\n"
+           "plot " +
+           csv + " using (column('t_s')):" + force +
+           " with lines lw 2 lc rgb '#3b528b' title 'force', '' using "
+           "(column('t_s')):(column('depth_m') > 0 ? 1e3*column('depth_m') : 0) axes x1y2 with lines lw 2 lc "
+           "rgb '#5ec962' "
            "title 'depth'\n"
            "unset y2tics\nunset y2label\nset ytics mirror\nset xrange [0:*]\nset key off\n"
-           "set output " + quoted((directory / "curve.png").string()) + "\n"
+           "set output " +
+           quoted((directory / "curve.png").string()) +
+           "\n"
            "set xlabel 'depth of the tool below the undeformed skin (mm)'\nset cblabel 'stiffness (N/m)'\n"
            "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n"
-           "plot " + csv + " using (column('depth_m') > 0 ? 1e3*column('depth_m') : 1/0):" + force +
+           "plot " +
+           csv + " using (column('depth_m') > 0 ? 1e3*column('depth_m') : 1/0):" + force +
            ":(column('k_n_per_m')) with points pt 7 ps 0.3 palette\n";
 }
 
@@ -40,13 +51,15 @@ std::string script(const std::filesystem::path& directory, const std::string& ti
 
 std::string draw_pictures(const std::filesystem::path& directory, const std::string& title) {
     FILE* gnuplot = popen("gnuplot", "w");
-    if (gnuplot == nullptr) return "gnuplot could not be started; install gnuplot-nox for force.png and curve.png";
+    if (gnuplot == nullptr)
+        return "gnuplot could not be started; install gnuplot-nox for force.png and curve.png";
     const std::string text = script(directory, title);
     std::fwrite(text.data(), 1, text.size(), gnuplot);
     const int status = pclose(gnuplot);
     if (status == 0) return "";
-    return WIFEXITED(status) && WEXITSTATUS(status) == 127 ? "gnuplot is not installed; install gnuplot-nox for force.png and curve.png"
-                                                           : "gnuplot failed; force.png and curve.png are missing";
+    return WIFEXITED(status) && WEXITSTATUS(status) == 127
+               ? "gnuplot is not installed; install gnuplot-nox for force.png and curve.png"
+               : "gnuplot failed; force.png and curve.png are missing";
 }
 
 }  // namespace palpate::report

@@ -32,7 +32,8 @@ std::optional<Reference::Energy> Reference::energy(const Eigen::Vector3d& tool_m
 std::optional<ReferenceForce> Reference::at(const Eigen::Vector3d& tool_m, cloud::Index seed) const {
     const auto here = energy(tool_m, seed);
     if (!here) return std::nullopt;
-    if (!(here->depth_m > 0.0)) return ReferenceForce{Eigen::Vector3d::Zero(), here->depth_m, here->k_n_per_m};
+    if (!(here->depth_m > 0.0))
+        return ReferenceForce{Eigen::Vector3d::Zero(), here->depth_m, here->k_n_per_m};
     const Eigen::Vector3d& n = here->foot.normal;
     const Eigen::Vector3d t1 = n.unitOrthogonal(), t2 = n.cross(t1);
     Eigen::Vector3d force = here->k_n_per_m * here->depth_m * n;

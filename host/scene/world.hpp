@@ -1,4 +1,5 @@
-/// A scene made concrete: the object in the workspace frame with a stiffness at every point, and the hand's path.
+/// A scene made concrete: the object in the workspace frame with a stiffness at every point, and the hand's
+/// path.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -17,15 +18,17 @@ namespace palpate::scene {
 /// Where the hand wants the tool centre to be.
 struct Target {
     double t_s;
-    Eigen::Vector3d tool_m;   ///< workspace frame
-    contact::Foot foot;       ///< of the place on the skin
+    Eigen::Vector3d tool_m;  ///< workspace frame
+    contact::Foot foot;      ///< of the place on the skin
 };
 
 /// Object metres (scaled, object's axes) to workspace metres: x -> turn x + shift_m.
 struct Pose {
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
     Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
-    [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& at_m) const { return turn * at_m + shift_m; }
+    [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& at_m) const {
+        return turn * at_m + shift_m;
+    }
 };
 
 /// A stiff or soft spot, as placed.
@@ -43,18 +46,19 @@ struct World {
     double spacing_m = 0.0;  ///< median, between points
     Pose pose;
     std::vector<Nodule> nodules;
-    std::vector<Target> path;      ///< every 10 ms
+    std::vector<Target> path;  ///< every 10 ms
     chart::Material material;
-    std::string object_name;       ///< the points file's name
-    std::uint64_t object_hash = 0; ///< XXH64 of the points as read
-    std::uint64_t source_hash = 0; ///< XXH64 of points, young_pa, skin, patch, solver and touch settings
+    std::string object_name;        ///< the points file's name
+    std::uint64_t object_hash = 0;  ///< XXH64 of the points as read
+    std::uint64_t source_hash = 0;  ///< XXH64 of points, young_pa, skin, patch, solver and touch settings
 
     /// The smooth skin for another thread: same cloud and graph, caches of its own.
     [[nodiscard]] contact::Surface another_surface() const;
 };
 
-/// Reads the object, scales, places, applies the changes, resolves the path. Throws scene::Error or cloud::Error (words
-/// for a person) for anything that cannot be: object too small for the patch, path beyond the workspace, ...
+/// Reads the object, scales, places, applies the changes, resolves the path. Throws scene::Error or
+/// cloud::Error (words for a person) for anything that cannot be: object too small for the patch, path beyond
+/// the workspace, ...
 [[nodiscard]] std::unique_ptr<World> build(const Scene& scene);
 
 /// Likewise from a cloud in object metres that needs no file (tests, generated objects).

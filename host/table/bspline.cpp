@@ -11,7 +11,8 @@ Eigen::MatrixXd line_filter(Eigen::Index m) {
     Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
     system.row(0).head<4>() << -1.0, 3.0, -3.0, 1.0;
     system.row(n - 1).tail<4>() << -1.0, 3.0, -3.0, 1.0;
-    for (Eigen::Index i = 1; i + 1 < n; ++i) system.row(i).segment<3>(i - 1) << 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0;
+    for (Eigen::Index i = 1; i + 1 < n; ++i)
+        system.row(i).segment<3>(i - 1) << 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0;
     Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, m);
     right.middleRows(1, m).setIdentity();
     return system.partialPivLu().solve(right);

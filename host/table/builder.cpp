@@ -15,11 +15,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr double DEPTH_MIN_M = 0.5e-3;  // K is matched at least this deep, so that it is defined without contact
+constexpr double DEPTH_MIN_M =
+    0.5e-3;  // K is matched at least this deep, so that it is defined without contact
 constexpr double DEPTH_MAX_M = 4.0e-3;
 
 /// Contact frame on the skin raised by the tool's radius, its sphere fitted to what the table covers.
-chart::Frame table_frame(const contact::Surface& surface, const contact::Foot& foot, double radius_m, double raise_m) {
+chart::Frame table_frame(const contact::Surface& surface, const contact::Foot& foot, double radius_m,
+                         double raise_m) {
     std::vector<Vector3d> points;
     std::vector<double> weights;
     for (const cloud::Reached& r : surface.graph().grow(foot.nearest, 1.35 * radius_m, true)) {
@@ -58,7 +60,8 @@ public:
         const double depth = options_.tool_radius_m - deep->distance_m;
         const FieldValue k = field_.at(*deep);
         if (!std::isfinite(k.n_per_m) || !(depth > 0.0)) return {};
-        return {true, s, k.n_per_m * (depth * depth) / (depth_m_ * depth_m_), k.relative_error, deep->nearest};
+        return {true, s, k.n_per_m * (depth * depth) / (depth_m_ * depth_m_), k.relative_error,
+                deep->nearest};
     }
 
 private:
@@ -83,9 +86,11 @@ std::vector<Node> sample_nodes(const Sampler& sampler, Index m, double spacing_m
                 const Index a = std::abs(i - c) == ring ? inwards(i) : i;
                 const Index b = std::abs(j - c) == ring || diagonal ? inwards(j) : j;
                 const Node& from = ring == 0 ? middle : node(a, b);
-                const double u = static_cast<double>(i - c) * spacing_m, v = static_cast<double>(j - c) * spacing_m;
+                const double u = static_cast<double>(i - c) * spacing_m,
+                             v = static_cast<double>(j - c) * spacing_m;
                 Node found = sampler.at(u, v, from);
-                if (!found.good) {  // carried on from the inside; the valid radius keeps the tool away from it
+                if (!found
+                         .good) {  // carried on from the inside; the valid radius keeps the tool away from it
                     found = from;
                     found.good = false;
                 }
@@ -113,7 +118,8 @@ void store(pal_table& table, int plane, const MatrixXd& coefficients) {
     const Index side = coefficients.rows();
     for (Index i = 0; i < side; ++i) {
         for (Index j = 0; j < side; ++j) {
-            table.coef[static_cast<std::size_t>((plane * side + i) * side + j)] = static_cast<float>(coefficients(i, j));
+            table.coef[static_cast<std::size_t>((plane * side + i) * side + j)] =
+                static_cast<float>(coefficients(i, j));
         }
     }
 }
@@ -141,8 +147,8 @@ void store_fields(pal_table& table, const std::vector<Node>& nodes, Index m, dou
 }  // namespace
 
 std::unique_ptr<pal_table> build(const contact::Surface& surface, const StiffnessField& field,
-                                 const BuildOptions& options, const Eigen::Vector3d& tool_m, const contact::Foot& foot,
-                                 std::uint32_t made_for_tick) {
+                                 const BuildOptions& options, const Eigen::Vector3d& tool_m,
+                                 const contact::Foot& foot, std::uint32_t made_for_tick) {
     const auto m = static_cast<Index>(options.n_nodes);
     const double half_m = 0.5 * static_cast<double>(m - 1) * options.spacing_m;
     const chart::Frame frame = table_frame(surface, foot, 1.6 * half_m, options.tool_radius_m);
@@ -150,7 +156,8 @@ std::unique_ptr<pal_table> build(const contact::Surface& surface, const Stiffnes
     const Sampler sampler(surface, field, options, frame, depth_m);
     const std::vector<Node> nodes = sample_nodes(sampler, m, options.spacing_m, {.nearest = foot.nearest});
     const double radius_m = valid_radius(nodes, m, options.spacing_m);
-    if (!nodes[static_cast<std::size_t>((m / 2) * m + m / 2)].good || !(radius_m > options.spacing_m)) return nullptr;
+    if (!nodes[static_cast<std::size_t>((m / 2) * m + m / 2)].good || !(radius_m > options.spacing_m))
+        return nullptr;
 
     auto table = std::make_unique<pal_table>();
     table->source_hash = options.source_hash;
@@ -164,7 +171,8 @@ std::unique_ptr<pal_table> build(const contact::Surface& surface, const Stiffnes
     for (int axis = 0; axis < 3; ++axis) {
         table->p0_m[axis] = static_cast<float>(frame.origin_m[axis]);
         table->made_for_m[axis] = static_cast<float>(tool_m[axis]);
-        for (int row = 0; row < 3; ++row) table->axes[3 * row + axis] = static_cast<float>(frame.axes(row, axis));
+        for (int row = 0; row < 3; ++row)
+            table->axes[3 * row + axis] = static_cast<float>(frame.axes(row, axis));
     }
     store_fields(*table, nodes, m, options.thickness_m);
     return table;

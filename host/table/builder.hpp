@@ -14,15 +14,16 @@ struct BuildOptions {
     pal_law law = PAL_LAW_POTENTIAL;
     double tool_radius_m = 0.003;
     double thickness_m = 0.0015;
-    double spacing_m = 0.0006;      ///< between nodes
-    std::uint32_t n_nodes = 17;     ///< odd
+    double spacing_m = 0.0006;   ///< between nodes
+    std::uint32_t n_nodes = 17;  ///< odd
     std::uint64_t source_hash = 0;
 };
 
-/// The table for a tool centre at `tool_m` above the foot `foot`, for the tick `made_for_tick`; not sealed, id 0.
-/// Node (u, v): the ray from the fitted sphere's centre meets the skin raised by the tool's radius at height s; K is
-/// chosen so that K f^2/2 equals k d^2/2 at the tool's present depth, with the true perpendicular depth d and the
-/// stiffness k at its foot (MATH.md, matched depth). nullopt when the skin there is not good enough for a table.
+/// The table for a tool centre at `tool_m` above the foot `foot`, for the tick `made_for_tick`; not sealed,
+/// id 0. Node (u, v): the ray from the fitted sphere's centre meets the skin raised by the tool's radius at
+/// height s; K is chosen so that K f^2/2 equals k d^2/2 at the tool's present depth, with the true
+/// perpendicular depth d and the stiffness k at its foot (MATH.md, matched depth). nullopt when the skin
+/// there is not good enough for a table.
 [[nodiscard]] std::unique_ptr<pal_table> build(const contact::Surface& surface, const StiffnessField& field,
                                                const BuildOptions& options, const Eigen::Vector3d& tool_m,
                                                const contact::Foot& foot, std::uint32_t made_for_tick);

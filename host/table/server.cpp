@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint32_t NODES = 17;
 constexpr double SPACING_IN_SCAN_SPACINGS = 0.6;
-constexpr double MOVED_SHARE = 0.25;        // of the table's half width
+constexpr double MOVED_SHARE = 0.25;  // of the table's half width
 constexpr double DEEPER_M = 0.5e-3;
 
 }  // namespace

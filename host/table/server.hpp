@@ -9,11 +9,13 @@
 
 namespace palpate::table {
 
-/// Node count, spacing and the rest for a scene: 17 nodes unless it asks for others, 0.6 of the scan's spacing apart.
+/// Node count, spacing and the rest for a scene: 17 nodes unless it asks for others, 0.6 of the scan's
+/// spacing apart.
 [[nodiscard]] BuildOptions build_options(const scene::World& world);
 
 /// The scan points that the scene's path can reach: what to bake.
-[[nodiscard]] std::vector<cloud::Index> reachable_points(const scene::World& world, const StiffnessField& field,
+[[nodiscard]] std::vector<cloud::Index> reachable_points(const scene::World& world,
+                                                         const StiffnessField& field,
                                                          const BuildOptions& options);
 
 /// One per run. Deterministic: its answers depend on the records alone.
@@ -21,14 +23,17 @@ class Server {
 public:
     /// Borrowed; must outlive the server.
     Server(const scene::World& world, const StiffnessField& field, const BuildOptions& options);
-    /// A new table to publish after `record`, or nullptr: when the tool has moved on by a quarter of the last one or
-    /// pressed in further by 0.5 mm. None before the start ramp is over and the tool has been clear of the object once:
-    /// homing may leave it inside or behind, and a skin that appears around a tool would throw it.
+    /// A new table to publish after `record`, or nullptr: when the tool has moved on by a quarter of the last
+    /// one or pressed in further by 0.5 mm. None before the start ramp is over and the tool has been clear of
+    /// the object once: homing may leave it inside or behind, and a skin that appears around a tool would
+    /// throw it.
     [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
     /// Where the tool touches, as last seen.
     [[nodiscard]] const std::optional<contact::Contact>& contact() const { return contact_; }
     [[nodiscard]] std::size_t n_built() const { return n_built_; }
-    [[nodiscard]] std::size_t n_refused() const { return n_refused_; }  ///< places where no table could be built
+    [[nodiscard]] std::size_t n_refused() const {
+        return n_refused_;
+    }  ///< places where no table could be built
 
 private:
     [[nodiscard]] bool moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) const;

@@ -23,7 +23,9 @@ StiffnessField::StiffnessField(const contact::Surface& surface, const chart::Mat
       near_(samples_.size()),
       shown_(samples_.size(), std::numeric_limits<float>::quiet_NaN()) {}
 
-double StiffnessField::support_m() const { return SUPPORT_IN_SPACINGS * material_.spacing_m; }
+double StiffnessField::support_m() const {
+    return SUPPORT_IN_SPACINGS * material_.spacing_m;
+}
 
 const std::vector<cloud::Index>& StiffnessField::near(cloud::Index point) const {
     std::vector<cloud::Index>& list = near_[point];
@@ -82,7 +84,8 @@ FieldValue StiffnessField::at(const contact::Foot& foot) const {
     return {c(0), plate_error + std::sqrt(misfit) / c(0)};
 }
 
-void StiffnessField::bake(std::span<const cloud::Index> points, const std::function<void(std::size_t)>& progress) const {
+void StiffnessField::bake(std::span<const cloud::Index> points,
+                          const std::function<void(std::size_t)>& progress) const {
     for (std::size_t i = 0; i < points.size(); ++i) {
         static_cast<void>(sample(points[i]));
         progress(i + 1);

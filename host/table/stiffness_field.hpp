@@ -21,15 +21,17 @@ public:
     /// `surface` is borrowed. Nothing is solved yet.
     StiffnessField(const contact::Surface& surface, const chart::Material& material);
 
-    /// Stiffness at a place of the skin: weighted quadratic through the points of its sheet within three spacings.
-    /// Solves for those that are not known yet (about 1 ms each); otherwise about 10 us.
+    /// Stiffness at a place of the skin: weighted quadratic through the points of its sheet within three
+    /// spacings. Solves for those that are not known yet (about 1 ms each); otherwise about 10 us.
     [[nodiscard]] FieldValue at(const contact::Foot& foot) const;
     /// Solves for `points`, telling how many are done.
     void bake(std::span<const cloud::Index> points, const std::function<void(std::size_t)>& progress) const;
     /// The points that at(foot) reads, and those within `radius_m` more along the surface.
     [[nodiscard]] std::vector<cloud::Index> needed_for(const contact::Foot& foot, double radius_m) const;
 
-    [[nodiscard]] const std::vector<float>& known_n_per_m() const { return shown_; }  ///< NaN: not solved, or no plate
+    [[nodiscard]] const std::vector<float>& known_n_per_m() const {
+        return shown_;
+    }  ///< NaN: not solved, or no plate
     [[nodiscard]] std::size_t n_solved() const { return n_solved_; }
     [[nodiscard]] std::size_t n_saddles() const { return n_saddles_; }
 

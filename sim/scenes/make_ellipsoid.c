@@ -1,5 +1,6 @@
-/// palpate-ellipsoid FILE.ply: the paper's simulated object, an ellipsoid of 40 000 points (here 48 x 36 x 30 mm), for
-/// machines without the bunny. Points on a Fibonacci spiral of the unit sphere, stretched; metres; ascii PLY.
+/// palpate-ellipsoid FILE.ply: the paper's simulated object, an ellipsoid of 40 000 points (here 48 x 36 x 30
+/// mm), for machines without the bunny. Points on a Fibonacci spiral of the unit sphere, stretched; metres;
+/// ascii PLY.
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -26,9 +27,10 @@ static void write_points(FILE* out) {
 
 int main(int argc, char** argv) {
     if (argc != 2 || strcmp(argv[1], "--help") == 0) {
-        (void)fprintf(argc == 2 ? stdout : stderr,
-                      "palpate-ellipsoid FILE.ply: writes an ellipsoid of %d points, 48 x 36 x 30 mm, in metres.\n",
-                      N_POINTS);
+        (void)fprintf(
+            argc == 2 ? stdout : stderr,
+            "palpate-ellipsoid FILE.ply: writes an ellipsoid of %d points, 48 x 36 x 30 mm, in metres.\n",
+            N_POINTS);
         return argc == 2 ? 0 : EXIT_BAD_INPUT;
     }
     FILE* out = fopen(argv[1], "w");
