@@ -10,6 +10,7 @@
 namespace palpate::chart {
 namespace {
 
+constexpr Eigen::Index NODES_MIN = 33, NODES_MAX = 129;  // of the finer grid
 constexpr double FREE_EDGE = 1e-6;         // of the largest D: a free edge (MATH.md, cantilever)
 constexpr double COVERED_MIN = 0.5;        // share of nodes that need skin
 constexpr double REACH_IN_SPACINGS = 2.0;  // a node takes E from points this near
@@ -133,6 +134,16 @@ Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& 
     const Patch patch = cut_patch(surface, foot, material, nodes);
     const plate::Compliance c = plate::extrapolated_centre_compliance(patch.problem);
     return {1.0 / c.m_per_n, c.relative_error, patch.covered, patch.saddle};
+}
+
+Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
+                          const Material& material) {
+    Stiffness k = point_stiffness(surface, foot, material, NODES_MIN);
+    for (Eigen::Index nodes = 2 * NODES_MIN - 1; k.relative_error > material.tolerance && nodes <= NODES_MAX;
+         nodes = 2 * nodes - 1) {
+        k = point_stiffness(surface, foot, material, nodes);
+    }
+    return k;
 }
 
 std::vector<Displaced> dip(const contact::Surface& surface, const contact::Foot& foot,

@@ -19,6 +19,7 @@ struct Material {
     double patch_size_m = 0.016;
     Projection projection = Projection::azimuthal;
     double spacing_m = 0.001;  ///< between the scan's points, median
+    double tolerance = 1e-3;           ///< of the point stiffness, relative
 };
 
 /// A place where no plate can be cut: too little skin around it.
@@ -54,10 +55,14 @@ struct Stiffness {
     bool saddle;
 };
 
+/// The stiffness felt at `foot` on the coarsest of 33, 65 and 129 nodes whose estimated error meets the
+/// material's tolerance; on 129 when none does.
+[[nodiscard]] Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
+                                        const Material& material);
 /// Cut, solve, extrapolate: the stiffness felt at `foot` for small depths. `nodes` on the finer of the two
 /// grids.
 [[nodiscard]] Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
-                                        const Material& material, Eigen::Index nodes = 33);
+                                        const Material& material, Eigen::Index nodes);
 
 /// How far each scan point near `foot` moves along the inward normal under `force_n` there (paper eq. 9: P' =
 /// P + w n).

@@ -73,7 +73,7 @@ StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_ti
     std::vector<double> over, beside;
     for (const pal_tick& tick : ticks) {
         if (!in_contact(tick)) continue;
-        const Vector3d tool = vec(tick.position_m);
+        const Vector3d tool = world.on_object(vec(tick.position_m));
         const auto foot = surface.foot(tool, world.tree->nearest(tool));
         if (!foot) continue;
         const double depth_m = world.scene.touch.tool_radius_m - foot->distance_m;

@@ -101,7 +101,7 @@ std::vector<std::optional<ReferenceForce>> references(const scene::World& world,
     const auto work = [&](bool tells) {
         const Reference reference(world);
         for (std::size_t i = next++; i < chosen.size(); i = next++) {
-            const Vector3d at = vec(ticks[chosen[i]].truth_position_m);
+            const Vector3d at = world.on_object(vec(ticks[chosen[i]].truth_position_m));
             found[i] = reference.at(at, world.tree->nearest(at));
             if (tells) progress(static_cast<double>(i) / static_cast<double>(chosen.size()));
         }
@@ -146,7 +146,8 @@ std::optional<ForceError> force_error(const scene::World& world, std::span<const
     for (std::size_t i = 0; i < chosen.size(); ++i) {
         const pal_tick& tick = ticks[chosen[i]];
         const Vector3d sensed_m = vec(ticks[chosen[i] - 1].truth_position_m);
-        const Checked c = reference[i] ? check(tick, sensed_m, reference[i]->force_n, set, loop,
+        const double force_scale = world.scene.placement.force_scale;
+        const Checked c = reference[i] ? check(tick, sensed_m, force_scale * reference[i]->force_n, set, loop,
                                                world.scene.touch.force_max_n)
                                        : Checked{};
         if (!c.good) {

@@ -18,7 +18,7 @@ namespace palpate::scene {
 /// Where the hand wants the tool centre to be.
 struct Target {
     double t_s;
-    Eigen::Vector3d tool_m;  ///< workspace frame
+    Eigen::Vector3d tool_m;  ///< in the hand's workspace
     contact::Foot foot;      ///< of the place on the skin
 };
 
@@ -52,6 +52,10 @@ struct World {
     std::uint64_t object_hash = 0;  ///< XXH64 of the points as read
     std::uint64_t source_hash = 0;  ///< XXH64 of points, young_pa, skin, patch, solver and touch settings
 
+    /// Where a tool centre of the hand's workspace is on the object, m: the hand's metres times placement.position_scale.
+    [[nodiscard]] Eigen::Vector3d on_object(const Eigen::Vector3d& hand_m) const {
+        return scene.placement.position_scale * hand_m;
+    }
     /// The smooth skin for another thread: same cloud and graph, caches of its own.
     [[nodiscard]] contact::Surface another_surface() const;
 };

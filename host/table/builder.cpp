@@ -144,6 +144,25 @@ void store_fields(pal_table& table, const std::vector<Node>& nodes, Index m, dou
     table.error_k_relative = static_cast<float>(error);
 }
 
+/// From object metres and newtons to the hand's: lengths shrink by the position scale p, curvature and 1/h grow by it,
+/// K f^2/2 becomes force_scale/p times what it was.
+void to_hand(pal_table& table, double position_scale, double force_scale) {
+    const auto p = static_cast<float>(position_scale);
+    const auto stiffer = static_cast<float>(position_scale * force_scale);
+    for (float* length : {&table.spacing_m, &table.valid_radius_m, &table.depth_scale_m}) *length /= p;
+    for (int axis = 0; axis < 3; ++axis) {
+        table.p0_m[axis] /= p;
+        table.made_for_m[axis] /= p;
+    }
+    table.kappa_per_m *= p;
+    const std::size_t plane = static_cast<std::size_t>(table.n_nodes + 2) * (table.n_nodes + 2);
+    for (std::size_t i = 0; i < plane; ++i) {
+        table.coef[i] /= p;
+        table.coef[plane + i] *= stiffer;
+        table.coef[2 * plane + i] *= p;
+    }
+}
+
 }  // namespace
 
 std::unique_ptr<pal_table> build(const contact::Surface& surface, const StiffnessField& field,
@@ -175,6 +194,7 @@ std::unique_ptr<pal_table> build(const contact::Surface& surface, const Stiffnes
             table->axes[3 * row + axis] = static_cast<float>(frame.axes(row, axis));
     }
     store_fields(*table, nodes, m, options.thickness_m);
+    to_hand(*table, options.position_scale, options.force_scale);
     return table;
 }
 

@@ -6,21 +6,33 @@
 namespace palpate::table {
 namespace {
 
-constexpr std::uint32_t NODES = 17;
-constexpr double SPACING_IN_SCAN_SPACINGS = 0.6;
-constexpr double MOVED_SHARE = 0.25;  // of the table's half width
+// In spacings of the scan: half width of a table, between its nodes, and the move after which a new one is due.
+constexpr double HALF_WIDTH = 4.8, NODE_SPACING = 0.6, MOVED = 1.2;
+constexpr double NODE_TOLERANCE = 1e-3;  // of k, for which nodes 0.6 spacings apart serve; the spline is of fourth order
 constexpr double DEEPER_M = 0.5e-3;
+
+/// Nodes along a side that keep the spline's share of the error in step with the tolerance.
+std::uint32_t nodes_for(double tolerance) {
+    const double finer = std::sqrt(std::sqrt(std::max(1.0, NODE_TOLERANCE / tolerance)));
+    const double half = std::ceil(HALF_WIDTH / NODE_SPACING * finer - 1e-9);
+    return std::min(2U * static_cast<std::uint32_t>(half) + 1U, static_cast<std::uint32_t>(PAL_TABLE_NODES_MAX));
+}
 
 }  // namespace
 
 BuildOptions build_options(const scene::World& world) {
     const scene::Scene& s = world.scene;
+    const bool asked = s.solver.table_nodes != 0;
+    const std::uint32_t n_nodes = asked ? s.solver.table_nodes : nodes_for(s.solver.tolerance);
+    const double spacing = asked ? NODE_SPACING : 2.0 * HALF_WIDTH / static_cast<double>(n_nodes - 1);
     return {.law = s.touch.law == scene::Law::potential ? PAL_LAW_POTENTIAL : PAL_LAW_NORMAL,
             .tool_radius_m = s.touch.tool_radius_m,
             .thickness_m = s.skin.thickness_m,
-            .spacing_m = SPACING_IN_SCAN_SPACINGS * world.spacing_m,
-            .n_nodes = s.solver.table_nodes != 0 ? s.solver.table_nodes : NODES,
-            .source_hash = world.source_hash};
+            .spacing_m = spacing * world.spacing_m,
+            .n_nodes = n_nodes,
+            .source_hash = world.source_hash,
+            .position_scale = s.placement.position_scale,
+            .force_scale = s.placement.force_scale};
 }
 
 std::vector<cloud::Index> reachable_points(const scene::World& world, const StiffnessField& field,
@@ -48,15 +60,15 @@ Server::Server(const scene::World& world, const StiffnessField& field, const Bui
 
 bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) const {
     if (!given_) return true;
-    const double half_m = 0.5 * static_cast<double>(options_.n_nodes - 1) * options_.spacing_m;
     const double depth_m = options_.tool_radius_m - foot.distance_m;
     const double deeper_m = std::max(depth_m, 0.0) - std::max(last_depth_m_, 0.0);
-    return (tool_m - last_tool_m_).norm() > MOVED_SHARE * half_m || std::abs(deeper_m) > DEEPER_M;
+    return (tool_m - last_tool_m_).norm() > MOVED * world_->spacing_m || std::abs(deeper_m) > DEEPER_M;
 }
 
 std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
     if (record.state != PAL_STATE_ENABLED) return nullptr;
-    const Eigen::Vector3d tool_m(record.position_m[0], record.position_m[1], record.position_m[2]);
+    const Eigen::Vector3d tool_m =
+        world_->on_object({record.position_m[0], record.position_m[1], record.position_m[2]});
     if (engaged_) contact_ = proxy_.follow(tool_m);
     const cloud::Index seed = contact_ ? contact_->nearest : world_->tree->nearest(tool_m);
     const auto foot = world_->surface->foot(tool_m, seed);
