@@ -9,6 +9,8 @@
 #include <cstdio>
 
 #include "common/frame.h"
+#include "host/cloud/text.hpp"
+#include "host/scene/frames.hpp"
 
 namespace palpate::scene {
 namespace {
@@ -39,6 +41,22 @@ double metres_per_unit(const std::string& unit) {
     if (unit == "um") return 1e-6;
     if (unit == "inch") return 0.0254;
     return 1.0;
+}
+
+/// From the file's axes to the object's (docs/FRAMES.md).
+void turn_axes(const Object& object, cloud::Cloud& cloud) {
+    if (object.axes == "file") return;
+    const Matrix3d turn = convention(object.axes).turn;
+    for (Vector3d& p : cloud.points_m) p = turn * p;
+    for (Vector3d& n : cloud.normals) n = turn * n;
+}
+
+void check_axes(const Scene& scene, const std::filesystem::path& file) {
+    const SpaceComment said = space_comment(file);
+    if (said.space.empty() || scene.object.axes == "file" || said.space == scene.object.axes) return;
+    throw Error(file.string() + ":" + std::to_string(said.line) + ": the file says SPACE=" + cloud::printable(said.space) +
+                ", the scene object.axes = \"" + scene.object.axes +
+                "\"; set object.axes to what the file says, or correct the file");
 }
 
 /// Object metres: centred on its box where size_m scales it, as the file has it otherwise.
@@ -114,7 +132,7 @@ Pose pose_of(const World& world) {
         pose.turn = facing_operator(on_the_skin(world, vec(placement.focus_m), "placement.focus_m").normal);
     }
     if (placement.turn_deg != Vec3{}) pose.turn = turned(placement.turn_deg) * pose.turn;
-    pose.shift_m = vec(placement.at_m) - pose.turn * vec(placement.focus_m);
+    pose.shift_m = placement.position_scale * vec(placement.at_m) - pose.turn * vec(placement.focus_m);
     return pose;
 }
 
@@ -159,7 +177,8 @@ Target target_at(const World& world, double t_s, const Vector3d& object_m, doubl
                         " there is no smooth skin near the path; choose points on one face of the scan");
     }
     const double above_m = world.scene.touch.tool_radius_m - depth_m;
-    return {t_s, foot->point_m + above_m * foot->normal, *foot};
+    const Vector3d tool_m = foot->point_m + above_m * foot->normal;
+    return {t_s, tool_m / world.scene.placement.position_scale, *foot};
 }
 
 /// The path is straight in the object's metres between its points; each moment is projected onto the scan.
@@ -207,7 +226,8 @@ std::uint64_t source_hash_of(const World& world) {
                                 s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
                                 s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
                                 static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
-                                s.touch.law == Law::potential ? 0.0 : 1.0}) {
+                                s.touch.law == Law::potential ? 0.0 : 1.0, s.placement.position_scale,
+                                s.placement.force_scale}) {
         hash.add(number);
     }
     return hash.value();
@@ -235,6 +255,7 @@ contact::Surface World::another_surface() const {
 
 std::unique_ptr<World> build(const Scene& scene) {
     const std::filesystem::path file = points_file(scene);
+    check_axes(scene, file);
     auto world = build(scene, cloud::read(file));
     world->object_name = file.filename().string();
     return world;
@@ -247,6 +268,7 @@ std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud) {
     Hash as_read;
     as_read.add(world->cloud.points_m);
     world->object_hash = as_read.value();
+    turn_axes(scene.object, world->cloud);
     scale(scene.object, world->cloud);
     check_size(*world);
     index(*world);
@@ -261,7 +283,8 @@ std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud) {
                        .patch_size_m = scene.patch.size_m,
                        .projection = scene.patch.projection == "azimuthal" ? chart::Projection::azimuthal
                                                                            : chart::Projection::gall_peters,
-                       .spacing_m = world->spacing_m};
+                       .spacing_m = world->spacing_m,
+                       .tolerance = scene.solver.tolerance};
     resolve_path(*world);
     world->source_hash = source_hash_of(*world);
     return world;
