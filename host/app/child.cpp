@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <cstring>
-#include <stdexcept>
 
 extern char** environ;
 
@@ -32,8 +31,7 @@ Child::Child(const std::filesystem::path& program, const std::vector<std::string
     const int error = posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
-    if (error != 0)
-        throw std::runtime_error(program.string() + ": cannot be started: " + std::strerror(error));
+    if (error != 0) throw ChildError(program.string() + ": cannot be started: " + std::strerror(error));
 }
 
 Child::~Child() {

@@ -4,10 +4,16 @@
 
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace palpate::app {
+
+/// A program beside this one that cannot be started, or that does not do what it is there for.
+struct ChildError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
 
 class Child {
 public:

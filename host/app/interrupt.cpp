@@ -25,4 +25,8 @@ bool interrupted() {
     return seen != 0;
 }
 
+void stop_when_interrupted() {
+    if (interrupted()) throw Interrupted();
+}
+
 }  // namespace palpate::app

@@ -2,8 +2,11 @@
 #include <string>
 
 #include "host/app/build_info.hpp"
+#include "host/app/child.hpp"
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/cloud/cloud.hpp"
+#include "host/link/segment.hpp"
 #include "host/record/record.hpp"
 #ifdef PALPATE_HAS_RIG
 #include "host/rig/rig.hpp"
@@ -25,6 +28,9 @@ int run(int argc, char** argv) {
     palpate.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
     palpate.require_subcommand(1);
     palpate.footer(FOOTER);
+    palpate.failure_message([](const CLI::App*, const CLI::Error& error) {
+        return std::string("palpate: ") + error.what() + "; see palpate --help\n";
+    });
     std::function<int()> chosen;
     palpate::app::add_run(palpate, chosen);
 #ifdef PALPATE_HAS_VIEW
@@ -58,6 +64,12 @@ int main(int argc, char** argv) {
     } catch (const palpate::rig::Error& error) {
         return complain(error, 2);
 #endif
+    } catch (const palpate::app::Interrupted& error) {
+        return complain(error, 130);
+    } catch (const palpate::app::ChildError& error) {
+        return complain(error, 3);
+    } catch (const palpate::link::Error& error) {
+        return complain(error, 3);
     } catch (const std::exception& error) {
         return complain(error, 1);
     }

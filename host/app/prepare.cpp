@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "common/frame.h"
+#include "host/app/interrupt.hpp"
 #include "host/app/run.hpp"
 
 namespace palpate::app {
@@ -14,8 +15,10 @@ Prepared prepare(std::unique_ptr<scene::World> world, Progress& progress) {
     prepared.options = table::build_options(*prepared.world);
     const auto points = table::reachable_points(*prepared.world, *prepared.field, prepared.options);
     const std::string of = " of " + std::to_string(points.size()) + " points that the path can reach";
-    prepared.field->bake(points,
-                         [&](std::size_t n) { progress.show("stiffness: " + std::to_string(n) + of); });
+    prepared.field->bake(points, [&](std::size_t n) {
+        stop_when_interrupted();
+        progress.show("stiffness: " + std::to_string(n) + of);
+    });
     progress.done("stiffness: " + std::to_string(prepared.field->n_solved()) + of);
     return prepared;
 }

@@ -1,4 +1,3 @@
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -15,6 +14,7 @@
 #include "host/app/child.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/run.hpp"
+#include "host/app/scratch.hpp"
 #include "host/link/publisher.hpp"
 #include "host/link/segment.hpp"
 
@@ -24,6 +24,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int START_TIMEOUT_MS = 3000;
+constexpr int ANSWER_TIMEOUT_MS = 2000;
+constexpr int END_TIMEOUT_MS = 5000;  // of a loop that was asked to end: 20 packets of zero force
+constexpr int NEIGHBOUR_MS = 200;     // a device that dies ends the loop too: time for its own end to show
+constexpr auto REST_TIMEOUT = std::chrono::seconds(1);
 constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
 constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
 constexpr std::uint32_t TAIL_TICKS = 100;
@@ -31,27 +35,6 @@ constexpr std::uint32_t TAIL_TICKS = 100;
 std::uint64_t monotonic_ns() {
     return static_cast<std::uint64_t>(Clock::now().time_since_epoch().count());
 }
-
-/// A folder of its own for sockets and the hand's path; gone with the run.
-class Scratch {
-public:
-    Scratch() {
-        std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr)
-            throw std::runtime_error(name + ": cannot create a scratch folder");
-        path_ = name;
-    }
-    ~Scratch() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Scratch(const Scratch&) = delete;
-    Scratch& operator=(const Scratch&) = delete;
-    [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
-private:
-    std::filesystem::path path_;
-};
 
 std::string micrometres(double m) {
     return std::to_string(std::llround(1e6 * m));
@@ -98,18 +81,35 @@ std::vector<std::string> loop_arguments(const scene::Scene& scene, const Scratch
             "--ramp-ticks",  std::to_string(std::lround(1e3 * scene.touch.ramp_s))};
 }
 
-/// What the simulated Falcon says of itself, one JSON line.
-std::string ask_device(const Scratch& scratch) {
-    const std::string command = program_beside("palpate-falcon-sim").string() + " status --socket " +
-                                (scratch / "falcon").string() + " 2>&1";
-    std::string answer;
-    if (FILE* pipe = popen(command.c_str(), "r")) {
-        std::array<char, 512> text{};
-        while (std::fgets(text.data(), static_cast<int>(text.size()), pipe) != nullptr) answer += text.data();
-        pclose(pipe);
+std::string last_line(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    std::string line, last;
+    while (std::getline(in, line)) {
+        if (!line.empty()) last = line;
     }
-    while (!answer.empty() && answer.back() == '\n') answer.pop_back();
-    return answer;
+    return last;
+}
+
+/// What the simulated Falcon says of itself, one JSON line; empty when nobody answers.
+std::string ask_device(const Scratch& scratch) {
+    const std::filesystem::path answer = scratch / "status";
+    std::filesystem::remove(answer);
+    Child asker(program_beside("palpate-falcon-sim"), {"status", "--socket", (scratch / "falcon").string()},
+                answer);
+    asker.wait(ANSWER_TIMEOUT_MS);
+    return asker.ended() == "exit 0" ? last_line(answer) : "";
+}
+
+/// Likewise once its motors are off: a loop that was killed sends no zero force, then the device's own
+/// watchdog switches them off after 100 ms.
+std::string device_at_rest(const Scratch& scratch) {
+    const auto until = Clock::now() + REST_TIMEOUT;
+    std::string status = ask_device(scratch);
+    while (!status.empty() && status.find("\"motor_counts\":[0,0,0]") == std::string::npos &&
+           Clock::now() < until) {
+        status = ask_device(scratch);
+    }
+    return status.empty() ? "{\"no_answer\": true}" : status;
 }
 
 /// Builds and publishes tables for the newest record, off the thread that watches; keeps the last one fresh
@@ -211,13 +211,25 @@ private:
 
 void wait_for_device(Child& device, const Scratch& scratch, const std::filesystem::path& log) {
     for (int waited = 0; waited < START_TIMEOUT_MS; waited += 5) {
-        if (std::filesystem::exists(scratch / "falcon")) return;
+        if (std::filesystem::exists(scratch / "falcon.control")) return;  // the last of its two sockets
         if (const auto how = device.ended()) {
-            throw std::runtime_error("palpate-falcon-sim ended at once (" + *how + "); see " + log.string());
+            throw ChildError("palpate-falcon-sim ended at once (" + *how + "): " + last_line(log));
         }
         usleep(5000);
     }
-    throw std::runtime_error("palpate-falcon-sim did not open its socket within 3 s; see " + log.string());
+    throw ChildError("palpate-falcon-sim did not open its socket within 3 s");
+}
+
+/// Which program ended in mid-run, how, and why as far as is known; empty while both run.
+std::string who_ended(Child& device, Child& loop, const pal_link& link) {
+    const auto loop_end = loop.ended();
+    if (loop_end) device.wait(NEIGHBOUR_MS);
+    if (const auto how = device.ended())
+        return "palpate-falcon-sim ended in mid-run (" + *how + "); see log.txt";
+    if (!loop_end) return "";
+    const std::uint32_t reason = pal_link_load(&link.loop.end_reason);
+    return "palpate-loop ended in mid-run (" + *loop_end +
+           (reason != 0 ? ", " + record::fault_words(reason) : "") + "); see log.txt";
 }
 
 bool finished(const std::vector<pal_tick>& ticks, std::uint32_t path_ticks) {
@@ -237,6 +249,8 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
     write_path(scratch / "path", device_path(*prepared.world));
     Child device(program_beside("palpate-falcon-sim"), device_arguments(scene, scratch), log);
     wait_for_device(device, scratch, log);
+    std::ofstream(log, std::ios::app)
+        << "palpate: the device's socket is " << (scratch / "falcon").string() << '\n';
     pal_link_store(&link.host.enable, 1);
     RunResult result;
     result.start_unix_ns =
@@ -256,14 +270,8 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
             rig.show(*newest, hz);
             progress.show("real time  " + status_line(*newest, hz));
         }
-        if (const auto how = loop.ended()) {
-            result.failure = "palpate-loop ended in mid-run (" + *how + "); see " + log.string();
-            break;
-        }
-        if (const auto how = device.ended()) {
-            result.failure = "palpate-falcon-sim ended in mid-run (" + *how + "); see " + log.string();
-            break;
-        }
+        result.failure = who_ended(device, loop, link);
+        if (!result.failure.empty()) break;
         if (interrupted()) {
             result.interrupted = true;
             break;
@@ -272,10 +280,11 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
     }
     tables.stop();
     pal_link_store(&link.host.stop, 1);
-    if (!loop.wait(1000) && result.failure.empty()) result.failure = "palpate-loop did not end when asked to";
+    if (!loop.wait(END_TIMEOUT_MS) && result.failure.empty())
+        result.failure = "palpate-loop did not end when asked to";
     watcher.drain(result.ticks);
     result.end_monotonic_ns = monotonic_ns();
-    result.device_status = ask_device(scratch);
+    result.device_status = device_at_rest(scratch);
     result.tables = tables.tables();
     result.n_tables_built = tables.server().n_built();
     result.n_tables_refused = tables.server().n_refused();

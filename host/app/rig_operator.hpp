@@ -15,6 +15,7 @@ public:
         progress.done("rig: Modbus TCP on port " + std::to_string(server_.port()) + " (docs/MODBUS.md)");
     }
 
+    [[nodiscard]] std::uint16_t port() const { return server_.port(); }
     [[nodiscard]] Operator as_operator() {
         return {.show = [this](const pal_tick& tick, double rate_hz) { show(tick, rate_hz); },
                 .estop = [this] { return asked_.estop.load(); },

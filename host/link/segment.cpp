@@ -2,21 +2,17 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <string_view>
 
+#include "host/link/orphan.hpp"
+
 namespace palpate::link {
 namespace {
-
-std::string prefix() {
-    return "palpate-" + std::to_string(getuid()) + "-";
-}
 
 /// Segments of this user whose creator was killed before it could remove them.
 void remove_orphans() {
@@ -24,19 +20,14 @@ void remove_orphans() {
     if (directory == nullptr) return;
     while (const dirent* entry = readdir(directory)) {
         const std::string_view name = entry->d_name;
-        if (!name.starts_with(prefix())) continue;
-        const std::string_view digits = name.substr(prefix().size());
-        pid_t pid = 0;
-        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), pid);
-        if (error != std::errc{} || end != digits.data() + digits.size()) continue;
-        if (kill(pid, 0) != 0 && errno == ESRCH) shm_unlink(std::string("/").append(name).c_str());
+        if (owner_is_gone(name)) shm_unlink(std::string("/").append(name).c_str());
     }
     closedir(directory);
 }
 
 }  // namespace
 
-Segment::Segment() : name_(std::string("/").append(prefix()).append(std::to_string(getpid()))) {
+Segment::Segment() : name_(std::string("/").append(owner_prefix()).append(std::to_string(getpid()))) {
     remove_orphans();
     const auto refuse = [this](const char* doing) {
         const std::string reason = std::strerror(errno);

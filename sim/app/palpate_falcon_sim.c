@@ -8,7 +8,7 @@
 #include "sim/app/path_file.h"
 #include "sim/app/serve.h"
 
-enum { EXIT_BAD_INPUT = 2, TICKS_MAX = 10000000 };
+enum { EXIT_BAD_INPUT = 2, TICKS_MAX = 10000000, LINGER_MAX_S = 3600, TICKS_PER_S = 1000 };
 
 static const char HELP[] =
     "palpate-falcon-sim: a simulated Novint Falcon in real time, held by a simulated hand.\n"
@@ -28,7 +28,8 @@ static const char HELP[] =
     "  --ramp-ticks N      milliseconds between homing and the path's start; 1500\n"
     "  --seed N            what the counters read before homing; 1\n"
     "  --watchdog-ms N     motors off after so long without a packet; 100\n"
-    "  --die-with-parent   end when the process that started this one ends\n"
+    "  --die-with-parent   end when the process that started this one has ended ...\n"
+    "  --linger-s N        ... and N more seconds, in which it can still be asked for its status; 5\n"
     "\n"
     "Exit codes: 0 done, 2 bad input, 3 the socket failed.\n"
     "\n"
@@ -75,16 +76,21 @@ static bool parse_grip(const char* text, pal_hand_config* hand) {
 
 typedef struct arguments {
     const char* path_file;
-    unsigned long long ramp_ticks, seed, watchdog_ms;
+    unsigned long long ramp_ticks, seed, watchdog_ms, linger_s;
     pal_serve_options serve;
 } arguments;
 
 static int parse_options(int argc, char** argv, arguments* args) {
     static const struct option known[] = {
-        {"socket", required_argument, NULL, 's'},    {"path", required_argument, NULL, 'p'},
-        {"grip", required_argument, NULL, 'g'},      {"ramp-ticks", required_argument, NULL, 'r'},
-        {"seed", required_argument, NULL, 'e'},      {"watchdog-ms", required_argument, NULL, 'w'},
-        {"die-with-parent", no_argument, NULL, 'd'}, {NULL, 0, NULL, 0},
+        {"socket", required_argument, NULL, 's'},
+        {"path", required_argument, NULL, 'p'},
+        {"grip", required_argument, NULL, 'g'},
+        {"ramp-ticks", required_argument, NULL, 'r'},
+        {"seed", required_argument, NULL, 'e'},
+        {"watchdog-ms", required_argument, NULL, 'w'},
+        {"die-with-parent", no_argument, NULL, 'd'},
+        {"linger-s", required_argument, NULL, 'l'},
+        {NULL, 0, NULL, 0},
     };
     int option;
     while ((option = getopt_long(argc, argv, "", known, NULL)) != -1) {
@@ -106,6 +112,10 @@ static int parse_options(int argc, char** argv, arguments* args) {
         } else if (option == 'w') {
             if (!parse_count(optarg, TICKS_MAX, &args->watchdog_ms) || args->watchdog_ms == 0) {
                 return refuse("--watchdog-ms", optarg, "must be a whole number of milliseconds, 1..10000000");
+            }
+        } else if (option == 'l') {
+            if (!parse_count(optarg, LINGER_MAX_S, &args->linger_s)) {
+                return refuse("--linger-s", optarg, "must be a whole number of seconds, 0..3600");
             }
         } else if (option == 'd') {
             args->serve.die_with_parent = true;
@@ -137,13 +147,14 @@ static int serve(arguments* args) {
     falcon->watchdog_ticks = (uint32_t)args->watchdog_ms;
     if (hand->stiffness_n_per_m > 0.0) hand->weight_n = falcon->mass_kg * falcon->gravity_m_per_s2;
     pal_falcon_sim_seed(falcon, args->seed);
+    args->serve.linger_ticks = (uint32_t)args->linger_s * TICKS_PER_S;
     const int code = pal_serve(&args->serve);
     free(path.points);
     return code;
 }
 
 int main(int argc, char** argv) {
-    arguments args = {.ramp_ticks = 1500, .seed = 1, .watchdog_ms = 100};
+    arguments args = {.ramp_ticks = 1500, .seed = 1, .watchdog_ms = 100, .linger_s = 5};
     args.serve.falcon = pal_falcon_sim_config_default();
     args.serve.hand.home_in_m[2] = PAL_HAND_HOME_IN_Z_M;
     (void)parse_grip("light", &args.serve.hand);

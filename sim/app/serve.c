@@ -42,6 +42,7 @@ typedef struct service {
     struct pollfd fds[N_FDS];
     char control_path[PATH_BYTES];
     uint64_t tick, n_lost;
+    uint64_t orphan_tick;  // since when the parent is gone; 0: it lives
     pid_t parent;
     bool stop;
 } service;
@@ -49,6 +50,18 @@ typedef struct service {
 static void hang_up(struct pollfd* client) {
     (void)close(client->fd);
     client->fd = -1;
+}
+
+// The device stays for a while, so that somebody can still ask it what its motors do.
+static void outlive(service* s) {
+    if (s->orphan_tick == 0) s->orphan_tick = s->tick;
+    if (s->tick - s->orphan_tick < s->options->linger_ticks) return;
+    const pal_falcon_sim* f = &s->falcon;
+    (void)fprintf(
+        stderr,
+        "palpate-falcon-sim: the process that started this one is gone; motor words at the end: %d %d %d\n",
+        f->motor_counts[0], f->motor_counts[1], f->motor_counts[2]);
+    s->stop = true;
 }
 
 static void advance(service* s) {
@@ -63,7 +76,7 @@ static void advance(service* s) {
         pal_falcon_sim_advance(&s->falcon, pal_hand_push, &s->hand, s->hand.config.mass_kg);
         ++s->tick;
     }
-    if (s->options->die_with_parent && getppid() != s->parent) s->stop = true;
+    if (s->options->die_with_parent && getppid() != s->parent) outlive(s);
 }
 
 static void serve_device(service* s) {

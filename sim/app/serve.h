@@ -2,14 +2,16 @@
 /// another.
 #pragma once
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "sim/falcon/falcon_sim.h"
 #include "sim/hand/hand.h"
 
 typedef struct pal_serve_options {
     const char*
-        socket_path;  ///< SOCK_SEQPACKET: a request in, a reply out; questions go to this + ".control"
-    bool die_with_parent;
+        socket_path;        ///< SOCK_SEQPACKET: a request in, a reply out; questions go to this + ".control"
+    bool die_with_parent;   ///< end when the process that started this one has ended ...
+    uint32_t linger_ticks;  ///< ... and so many ticks have passed, in which questions are still answered
     pal_falcon_sim_config falcon;
     pal_hand_config hand;
 } pal_serve_options;
