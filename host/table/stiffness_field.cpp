@@ -12,6 +12,8 @@ namespace palpate::table {
 namespace {
 
 constexpr double SUPPORT_IN_SPACINGS = 3.5;
+constexpr double RIM_IN_SPACINGS = 2.0;  // farther from every point than this there is no skin
+constexpr int QUADRATIC = 6, CUBIC = 10;  // terms of the local polynomial
 constexpr double NAN_VALUE = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
@@ -54,8 +56,11 @@ const StiffnessField::Sample& StiffnessField::sample(cloud::Index point) const {
 }
 
 FieldValue StiffnessField::at(const contact::Foot& foot) const {
-    Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    constexpr FieldValue NOTHING{NAN_VALUE, NAN_VALUE};
+    const double rim_m = RIM_IN_SPACINGS * material_.spacing_m;
+    if ((surface_->cloud().points_m[foot.nearest] - foot.point_m).norm() > rim_m) return NOTHING;
+    Eigen::Matrix<double, CUBIC, CUBIC> normal_matrix = Eigen::Matrix<double, CUBIC, CUBIC>::Zero();
+    Eigen::Matrix<double, CUBIC, 1> right = Eigen::Matrix<double, CUBIC, 1>::Zero();
     double sum_squares = 0.0, sum_weights = 0.0, plate_error = 0.0;
     const Eigen::Vector3d e1 = foot.normal.unitOrthogonal(), e2 = foot.normal.cross(e1);
     int n = 0;
@@ -68,8 +73,8 @@ FieldValue StiffnessField::at(const contact::Foot& foot) const {
         const double w = contact::wendland(way.norm() / support_m());
         if (!(w > 0.0)) continue;
         const double u = way.dot(e1) / support_m(), v = way.dot(e2) / support_m();
-        Eigen::Matrix<double, 6, 1> row;
-        row << 1.0, u, v, u * u, u * v, v * v;
+        Eigen::Matrix<double, CUBIC, 1> row;
+        row << 1.0, u, v, u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v;
         normal_matrix += w * row * row.transpose();
         right += w * s.n_per_m * row;
         sum_squares += w * s.n_per_m * s.n_per_m;
@@ -77,10 +82,12 @@ FieldValue StiffnessField::at(const contact::Foot& foot) const {
         plate_error = std::max(plate_error, s.relative_error);
         ++n;
     }
-    if (n < 8) return {NAN_VALUE, NAN_VALUE};
-    const Eigen::Matrix<double, 6, 1> c = normal_matrix.ldlt().solve(right);
-    const double misfit = std::max(0.0, sum_squares - c.dot(right)) / sum_weights;
-    if (!(c(0) > 0.0)) return {NAN_VALUE, NAN_VALUE};
+    if (n < QUADRATIC + 2) return NOTHING;
+    const int terms = n >= 2 * CUBIC ? CUBIC : QUADRATIC;
+    const Eigen::MatrixXd head = normal_matrix.topLeftCorner(terms, terms);
+    const Eigen::VectorXd c = head.ldlt().solve(right.head(terms));
+    const double misfit = std::max(0.0, sum_squares - c.dot(right.head(terms))) / sum_weights;
+    if (!(c(0) > 0.0)) return NOTHING;
     return {c(0), plate_error + std::sqrt(misfit) / c(0)};
 }
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "sheets.hpp"
+#include "tests/host/sheets.hpp"
 
 using namespace palpate;
 using Eigen::Vector3d;
@@ -40,7 +40,7 @@ double largest_jump(const pal_table& table, double step_m) {
     double largest = 0.0;
     for (int i = 0; i < 1000; ++i) {
         const int line = static_cast<int>(unit() * (half - 2)) - (half - 2) / 2;
-        const double height = -1e-3 - 2e-3 * unit(), along = (unit() - 0.5) * 0.8 * half * table.spacing_m;
+        const double height = -1e-3 - 2e-3 * unit(), along = (unit() - 0.5) * 0.8 * half * static_cast<double>(table.spacing_m);
         const double q = 1.0 + static_cast<double>(table.kappa_per_m) * height;
         const double cross = line * static_cast<double>(table.spacing_m) * q;  // u = x1/q on a cell line
         const bool in_u = i % 2 == 0;

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "host/plate/plate.hpp"
-#include "sheets.hpp"
+#include "tests/host/sheets.hpp"
 
 using namespace palpate;
 using Eigen::Vector3d;
