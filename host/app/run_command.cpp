@@ -10,7 +10,6 @@
 #include "host/app/touch_picture.hpp"
 #include "host/report/figures.hpp"
 #include "host/report/pictures.hpp"
-#include "sim/stand/stand.h"
 #ifdef PALPATE_HAS_RIG
 #include "host/app/rig_operator.hpp"
 #endif
@@ -57,31 +56,6 @@ std::string command_of(const RunOptions& options) {
 nlohmann::json object_json(const scene::World& world) {
     return {{"name", world.object_name}, {"hash", hex(world.object_hash)}, {"n_points", world.cloud.points_m.size()},
             {"n_repeated_points", world.cloud.n_duplicates}, {"spacing_m", world.spacing_m}};
-}
-
-/// The loop's look-up and the table builder, for the error analysis.
-report::LoopModel loop_model(const Prepared& prepared) {
-    return {.table_force_n =
-                [](const pal_table& table, const Eigen::Vector3d& at_m) {
-                    const Eigen::Vector3f at = at_m.cast<float>();
-                    Eigen::Vector3f force = Eigen::Vector3f::Zero();
-                    pal_stand_table_force(&table, at.data(), force.data());
-                    return Eigen::Vector3d(force.cast<double>());
-                },
-            .fresh_table =
-                [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
-                const scene::World& world = *prepared.world;
-                const auto foot = world.surface->foot(at_m, world.tree->nearest(at_m));
-                if (!foot) return nullptr;
-                table::BuildOptions options = prepared.options;
-                options.n_nodes = 7;  // the look-up reads four by four; the rest would only cost time
-                auto table = table::build(*world.surface, *prepared.field, options, at_m, *foot, 0);
-                if (table) {
-                    table->id = 1;
-                    pal_table_seal(table.get());
-                }
-                return table;
-            }};
 }
 
 nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,

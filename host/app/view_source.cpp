@@ -43,7 +43,7 @@ double rate_hz(const std::vector<pal_tick>& ticks, std::size_t at) {
 }
 
 void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) {
-    const Vector3d tool = vec(tick.position_m).cast<double>();
+    const Vector3d tool = world.on_object(vec(tick.position_m).cast<double>());
     const auto foot = world.surface->foot(tool, world.tree->nearest(tool));
     if (!foot) return;
     const double radius_m = world.scene.touch.tool_radius_m;
@@ -87,12 +87,12 @@ view::Source view_source(const scene::World& world, const table::StiffnessField&
         frame.t_s = t_s;
         frame.tool_radius_m = static_cast<float>(world.scene.touch.tool_radius_m);
         if (ticks.empty()) {
-            if (!world.path.empty()) frame.tool_m = world.path.front().tool_m.cast<float>();
+            if (!world.path.empty()) frame.tool_m = world.on_object(world.path.front().tool_m).cast<float>();
             return frame;
         }
         const std::size_t at = tick_at(ticks, first, t_s);
         const pal_tick& tick = ticks[at];
-        frame.tool_m = vec(tick.position_m);
+        frame.tool_m = world.on_object(vec(tick.position_m).cast<double>()).cast<float>();
         frame.force_n = tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n);
         frame.depth_m = std::max(tick.depth_m, 0.0F);
         frame.k_n_per_m = tick.k_n_per_m;

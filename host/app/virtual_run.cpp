@@ -110,4 +110,29 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     return result;
 }
 
+report::LoopModel loop_model(const Prepared& prepared) {
+    return {.table_force_n =
+                [](const pal_table& table, const Eigen::Vector3d& at_m) {
+                    const Eigen::Vector3f at = at_m.cast<float>();
+                    Eigen::Vector3f force = Eigen::Vector3f::Zero();
+                    pal_stand_table_force(&table, at.data(), force.data());
+                    return Eigen::Vector3d(force.cast<double>());
+                },
+            .fresh_table =
+                [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
+                const scene::World& world = *prepared.world;
+                const Eigen::Vector3d tool_m = world.on_object(at_m);
+                const auto foot = world.surface->foot(tool_m, world.tree->nearest(tool_m));
+                if (!foot) return nullptr;
+                table::BuildOptions options = prepared.options;
+                options.n_nodes = 7;  // the look-up reads four by four; the rest would only cost time
+                auto table = table::build(*world.surface, *prepared.field, options, tool_m, *foot, 0);
+                if (table) {
+                    table->id = 1;
+                    pal_table_seal(table.get());
+                }
+                return table;
+            }};
+}
+
 }  // namespace palpate::app

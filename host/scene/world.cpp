@@ -216,23 +216,6 @@ private:
     XXH64_state_t* state_;
 };
 
-/// What a table depends on: points, moduli, skin, patch, solver, touch.
-std::uint64_t source_hash_of(const World& world) {
-    const Scene& s = world.scene;
-    Hash hash;
-    hash.add(world.cloud.points_m);
-    hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
-    for (const double number : {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
-                                s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
-                                s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
-                                static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
-                                s.touch.law == Law::potential ? 0.0 : 1.0, s.placement.position_scale,
-                                s.placement.force_scale}) {
-        hash.add(number);
-    }
-    return hash.value();
-}
-
 void check_size(const World& world) {
     Vector3d low = world.cloud.points_m.front(), high = low;
     for (const Vector3d& p : world.cloud.points_m) {
@@ -248,6 +231,22 @@ void check_size(const World& world) {
 }
 
 }  // namespace
+
+std::uint64_t source_hash_of(const World& world) {
+    const Scene& s = world.scene;
+    Hash hash;
+    hash.add(world.cloud.points_m);
+    hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
+    for (const double number : {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
+                                s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
+                                s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
+                                static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
+                                s.touch.law == Law::potential ? 0.0 : 1.0, s.placement.position_scale,
+                                s.placement.force_scale}) {
+        hash.add(number);
+    }
+    return hash.value();
+}
 
 contact::Surface World::another_surface() const {
     return {cloud, *graph, surface->support_m()};

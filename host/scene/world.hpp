@@ -68,4 +68,8 @@ struct World {
 /// Likewise from a cloud in object metres that needs no file (tests, generated objects).
 [[nodiscard]] std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud);
 
+/// XXH64 of all that a table of this world depends on: points, moduli, skin, patch, solver, touch and scales. A
+/// difference of one ulp in one number is another source.
+[[nodiscard]] std::uint64_t source_hash_of(const World& world);
+
 }  // namespace palpate::scene

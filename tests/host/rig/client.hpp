@@ -18,7 +18,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 class Client {
 public:
-    explicit Client(const Server& server);
+    explicit Client(const Server& server) : Client(server.port()) {}
+    explicit Client(std::uint16_t port);
     /// False when the server has closed the connection.
     bool send(const Bytes& bytes);
     /// One answer; empty when the server has closed the connection.
