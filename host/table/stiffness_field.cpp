@@ -12,7 +12,7 @@ namespace palpate::table {
 namespace {
 
 constexpr double SUPPORT_IN_SPACINGS = 3.5;
-constexpr double RIM_IN_SPACINGS = 2.0;  // farther from every point than this there is no skin
+constexpr double RIM_IN_SPACINGS = 1.5;  // farther from every point than this there is no skin
 constexpr int QUADRATIC = 6, CUBIC = 10;  // terms of the local polynomial
 constexpr double NAN_VALUE = std::numeric_limits<double>::quiet_NaN();
 

@@ -85,11 +85,14 @@ TEST_CASE("a missing scan is named with the package that has it", "[bad]") {
 }
 
 TEST_CASE("an empty and a truncated scan are refused with the place", "[bad]") {
-    CHECK_THAT(said_of_scan(""), Contains("sheet.ply: "));
-    const std::string half = sheet_ply().substr(0, sheet_ply().size() / 2);
-    const std::string line = said_of_scan(half);
-    CHECK_THAT(line, Contains("sheet.ply:"));
-    CHECK_THAT(line, Contains("1681"));
+    CHECK_THAT(said_of_scan(""), Contains("sheet.ply:1: ") && Contains("empty"));
+    const std::string whole = sheet_ply();
+    const std::size_t line_end = whole.find('\n', whole.size() / 2);
+    const auto last_line = static_cast<std::size_t>(
+        std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(line_end), '\n') + 1);
+    CHECK_THAT(said_of_scan(whole.substr(0, line_end - 4)),
+               Contains("sheet.ply:" + std::to_string(last_line) + ": ") && Contains("truncated"));
+    CHECK_THAT(said_of_scan(whole.substr(0, line_end + 1)), Contains("1681") && Contains("truncated"));
 }
 
 TEST_CASE("a vertex that is not a number is refused with its line", "[bad]") {
@@ -100,7 +103,7 @@ TEST_CASE("a vertex that is not a number is refused with its line", "[bad]") {
 TEST_CASE("two points are no surface", "[bad]") {
     CHECK_THAT(said_of_scan("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
                             "property float z\nend_header\n0 0 0\n0.01 0 0\n"),
-               Contains("sheet.ply: ") && Contains("2 points"));
+               Contains("sheet.ply:3: ") && Contains("2 points"));
 }
 
 TEST_CASE("stiffness that is missing, negative or a word is refused with its line and what would be right",
