@@ -1,19 +1,17 @@
-// Both readers on arbitrary bytes: they make a sound cloud or throw Error, and nothing else. The first byte
-// of the input chooses the reader, so that one corpus serves both.
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <string_view>
-
+// Both readers on arbitrary bytes: they make a sound cloud or throw Error, and nothing else. Each input is
+// read as an OBJ and as a PLY, so that a seed is a file as it lies on a disk.
 #include "host/cloud/formats.hpp"
+#include "tests/fuzz/input.hpp"
 
 namespace {
 
-void require(bool holds) {
-    if (!holds) std::abort();
-}
+using fuzz::require;
+using palpate::cloud::Cloud;
 
-void check(const palpate::cloud::Cloud& cloud) {
+fuzz::Reached obj_points("OBJ with points"), obj_triangles("OBJ with triangles");
+fuzz::Reached ply_points("PLY with points"), ply_triangles("PLY with triangles");
+
+void check(const Cloud& cloud) {
     require(cloud.points_m.size() >= 3);
     for (const Eigen::Vector3d& point_m : cloud.points_m) require(point_m.allFinite());
     for (const auto& triangle : cloud.triangles) {
@@ -22,18 +20,24 @@ void check(const palpate::cloud::Cloud& cloud) {
     }
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    if (size == 0) return 0;
-    const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+void read_as(Cloud (*read)(std::string_view, const std::string&), fuzz::Bytes bytes, fuzz::Reached& points,
+             fuzz::Reached& triangles) {
     try {
-        check(data[0] == 'o' ? palpate::cloud::read_obj(bytes, "fuzz.obj")
-                             : palpate::cloud::read_ply(bytes, "fuzz.ply"));
+        const Cloud cloud = read(fuzz::text_of(bytes), "fuzz");
+        check(cloud);
+        points.note();
+        if (!cloud.triangles.empty()) triangles.note();
     } catch (const palpate::cloud::Error& error) {
         const std::string_view message = error.what();
         require(message.find("; ") != std::string_view::npos);  // what would be right
         for (const char c : message) require(c >= ' ' && c <= '~');
     }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    read_as(palpate::cloud::read_obj, {data, size}, obj_points, obj_triangles);
+    read_as(palpate::cloud::read_ply, {data, size}, ply_points, ply_triangles);
     return 0;
 }
