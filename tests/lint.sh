@@ -6,8 +6,12 @@ cd "$(dirname "$0")/.."
 build=$1
 jobs=$2
 
-git ls-files -z -- '*.c' '*.h' '*.cpp' '*.hpp' | xargs -0 -n 32 -P "$jobs" clang-format --dry-run -Werror
-echo "lint: format, $(git ls-files -- '*.c' '*.h' '*.cpp' '*.hpp' | wc -l) files"
+sources() { git ls-files "$@" -- '*.c' '*.h' '*.cpp' '*.hpp'; }
+if ! sources -z | xargs -0 -n 32 -P "$jobs" clang-format --dry-run -Werror --ferror-limit=1; then
+  echo "lint: the files above are not formatted; clang-format -i FILE mends them" >&2
+  exit 1
+fi
+echo "lint: format, $(sources | wc -l) files"
 
 # They delete isfinite and change bits.
 if git grep -nE -e '-(ffast-math|Ofast|funsafe-math|ffinite-math|fassociative-math)' -- \

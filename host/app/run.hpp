@@ -44,14 +44,17 @@ struct RunResult {
     std::string device_status;  ///< JSON line of the simulated device after a real run
 };
 
-/// Lockstep: device, loop and host advance by ticks. `before_publish` may change a table on its way (tests only).
-[[nodiscard]] RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& progress,
-                                    const std::function<void(pal_table&)>& before_publish = [](pal_table&) {});
+/// Lockstep: device, loop and host advance by ticks. `before_publish` may change a table on its way (tests
+/// only).
+[[nodiscard]] RunResult run_virtual(
+    const Prepared& prepared, const Operator& rig, Progress& progress,
+    const std::function<void(pal_table&)>& before_publish = [](pal_table&) {});
 
 /// The loop's look-up and the table builder, as the error analysis needs them. Borrows `prepared`.
 [[nodiscard]] report::LoopModel loop_model(const Prepared& prepared);
 
-/// Three processes by the wall clock: this one, palpate-loop and palpate-falcon-sim, found beside this program; what they print goes to `log`.
+/// Three processes by the wall clock: this one, palpate-loop and palpate-falcon-sim, found beside this
+/// program; what they print goes to `log`.
 [[nodiscard]] RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
                                  const std::filesystem::path& log);
 

@@ -54,24 +54,36 @@ std::string command_of(const RunOptions& options) {
 }
 
 nlohmann::json object_json(const scene::World& world) {
-    return {{"name", world.object_name}, {"hash", hex(world.object_hash)}, {"n_points", world.cloud.points_m.size()},
-            {"n_repeated_points", world.cloud.n_duplicates}, {"spacing_m", world.spacing_m}};
+    return {{"name", world.object_name},
+            {"hash", hex(world.object_hash)},
+            {"n_points", world.cloud.points_m.size()},
+            {"n_repeated_points", world.cloud.n_duplicates},
+            {"spacing_m", world.spacing_m}};
 }
 
 nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,
                           Progress& progress) {
     const scene::World& world = *prepared.world;
     const bool is_virtual = world.scene.run.clock == "virtual";
-    nlohmann::json summary = {{"schema", "palpate.summary/1"},     {"palpate", PALPATE_VERSION},
-                              {"build", PALPATE_BUILD},            {"scene_hash", hex(world.scene.hash)},
-                              {"command", command_of(options)},    {"started_utc", utc(result.start_unix_ns)},
-                              {"clock", world.scene.run.clock},    {"title", world.scene.title},
-                              {"object", object_json(world)},      {"source_hash", hex(world.source_hash)},
-                              {"interrupted", result.interrupted}, {"failure", result.failure}};
-    summary["duration_wall_s"] = 1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns);
-    summary["tables"] = {{"built", result.n_tables_built}, {"published", result.tables.size()},
+    nlohmann::json summary = {{"schema", "palpate.summary/1"},
+                              {"palpate", PALPATE_VERSION},
+                              {"build", PALPATE_BUILD},
+                              {"scene_hash", hex(world.scene.hash)},
+                              {"command", command_of(options)},
+                              {"started_utc", utc(result.start_unix_ns)},
+                              {"clock", world.scene.run.clock},
+                              {"title", world.scene.title},
+                              {"object", object_json(world)},
+                              {"source_hash", hex(world.source_hash)},
+                              {"interrupted", result.interrupted},
+                              {"failure", result.failure}};
+    summary["duration_wall_s"] =
+        1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns);
+    summary["tables"] = {{"built", result.n_tables_built},
+                         {"published", result.tables.size()},
                          {"refused_places", result.n_tables_refused}};
-    summary["stiffness_points"] = {{"solved", prepared.field->n_solved()}, {"saddles", prepared.field->n_saddles()}};
+    summary["stiffness_points"] = {{"solved", prepared.field->n_solved()},
+                                   {"saddles", prepared.field->n_saddles()}};
     for (const char* name : {"digest_io", "digest_state"}) {
         const std::string& digest = name == std::string("digest_io") ? result.digest_io : result.digest_state;
         if (is_virtual) {
@@ -88,14 +100,14 @@ nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, c
     summary["stiffness_ratio_ticks"] = {{"over", ratio.n_over}, {"beside", ratio.n_beside}};
     std::optional<report::ForceError> error;
     if (is_virtual && !result.interrupted) {
-        error = report::force_error(world, result.ticks, result.tables, loop_model(prepared), options.check == "full",
-                                    [&](double share) {
+        error = report::force_error(world, result.ticks, result.tables, loop_model(prepared),
+                                    options.check == "full", [&](double share) {
                                         progress.show("checking forces against the plate, " +
                                                       std::to_string(std::lround(100.0 * share)) + " %");
                                     });
     }
     report::add_force_error(summary, error,
-                            !is_virtual          ? "in real time the true place between two ticks is not known"
+                            !is_virtual ? "in real time the true place between two ticks is not known"
                             : result.interrupted ? "the run was interrupted"
                                                  : "there was no contact");
     if (!result.device_status.empty()) {
@@ -108,9 +120,13 @@ nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, c
 /// Sets "verdict": what failed, or "pass". A real-time run is measured, not judged.
 int judge(const scene::World& world, const RunResult& result, nlohmann::json& summary) {
     const bool judged = world.scene.run.clock == "virtual";
-    std::vector<std::string> failed = judged ? report::failed_expectations(world.scene, summary) : std::vector<std::string>{};
-    summary["verdict"] = !result.failure.empty() ? "fail" : result.interrupted ? "interrupted" : !judged ? "measured"
-                         : failed.empty()        ? "pass" : "fail";
+    std::vector<std::string> failed =
+        judged ? report::failed_expectations(world.scene, summary) : std::vector<std::string>{};
+    summary["verdict"] = !result.failure.empty() ? "fail"
+                         : result.interrupted    ? "interrupted"
+                         : !judged               ? "measured"
+                         : failed.empty()        ? "pass"
+                                                 : "fail";
     summary["verdict_reasons"] = failed;
     if (result.interrupted) return 130;
     if (!result.failure.empty()) return 3;
@@ -120,11 +136,18 @@ int judge(const scene::World& world, const RunResult& result, nlohmann::json& su
 nlohmann::json record_header(const RunOptions& options, const Prepared& prepared, const RunResult& result,
                              const std::string& scene_toml) {
     const scene::World& world = *prepared.world;
-    return {{"schema", "palpate.record/1"}, {"palpate", PALPATE_VERSION}, {"build", PALPATE_BUILD},
-            {"command", command_of(options)}, {"scene_hash", hex(world.scene.hash)}, {"scene", scene_toml},
-            {"object", object_json(world)}, {"started_utc", utc(result.start_unix_ns)},
-            {"start_unix_ns", result.start_unix_ns}, {"start_monotonic_ns", result.start_monotonic_ns},
-            {"end_monotonic_ns", result.end_monotonic_ns}, {"device", "simulated novint-falcon"}};
+    return {{"schema", "palpate.record/1"},
+            {"palpate", PALPATE_VERSION},
+            {"build", PALPATE_BUILD},
+            {"command", command_of(options)},
+            {"scene_hash", hex(world.scene.hash)},
+            {"scene", scene_toml},
+            {"object", object_json(world)},
+            {"started_utc", utc(result.start_unix_ns)},
+            {"start_unix_ns", result.start_unix_ns},
+            {"start_monotonic_ns", result.start_monotonic_ns},
+            {"end_monotonic_ns", result.end_monotonic_ns},
+            {"device", "simulated novint-falcon"}};
 }
 
 std::filesystem::path output_directory(const RunOptions& options) {
@@ -132,9 +155,10 @@ std::filesystem::path output_directory(const RunOptions& options) {
     return std::filesystem::path("out") / std::filesystem::path(options.scene).stem();
 }
 
-void write_results(const std::filesystem::path& directory, const RunOptions& options, const Prepared& prepared,
-                   const RunResult& result, Progress& progress) {
-    const std::string scene_toml = scene::resolved_toml(prepared.world->scene, std::filesystem::absolute(directory));
+void write_results(const std::filesystem::path& directory, const RunOptions& options,
+                   const Prepared& prepared, const RunResult& result, Progress& progress) {
+    const std::string scene_toml =
+        scene::resolved_toml(prepared.world->scene, std::filesystem::absolute(directory));
     record::write_file(directory / "scene.toml", scene_toml);
     record::write(directory / "run.palrec",
                   {record_header(options, prepared, result, scene_toml), result.ticks, result.tables});
@@ -149,18 +173,22 @@ void write_results(const std::filesystem::path& directory, const RunOptions& opt
 
 void say(const nlohmann::json& summary, const std::filesystem::path& directory) {
     const auto percent = [&](const char* name) {
-        if (!summary[name].is_number()) return "not known (" + summary[std::string(name) + "_why"].get<std::string>() + ")";
+        if (!summary[name].is_number())
+            return "not known (" + summary[std::string(name) + "_why"].get<std::string>() + ")";
         std::array<char, 32> text{};
         std::snprintf(text.data(), text.size(), "%.2f %%", 100.0 * summary[name].get<double>());
         return std::string(text.data());
     };
     std::cerr << "verdict: " << summary["verdict"].get<std::string>() << '\n';
-    for (const auto& reason : summary["verdict_reasons"]) std::cerr << "  " << reason.get<std::string>() << '\n';
-    if (!summary["failure"].get<std::string>().empty()) std::cerr << "  " << summary["failure"].get<std::string>() << '\n';
+    for (const auto& reason : summary["verdict_reasons"])
+        std::cerr << "  " << reason.get<std::string>() << '\n';
+    if (!summary["failure"].get<std::string>().empty())
+        std::cerr << "  " << summary["failure"].get<std::string>() << '\n';
     std::cerr << "force error: rms " << percent("force_error_rms_relative") << ", max "
               << percent("force_error_max_relative") << '\n'
               << "stiffness over the nodule against beside it: " << summary["stiffness_ratio"].dump() << '\n'
-              << "stop: " << summary["stop"].get<std::string>() << ", missed ticks: " << summary["n_missed_ticks"] << '\n';
+              << "stop: " << summary["stop"].get<std::string>()
+              << ", missed ticks: " << summary["n_missed_ticks"] << '\n';
     if (summary["digest_io"].is_string()) {
         std::cerr << "digest: io " << summary["digest_io"].get<std::string>() << ", state "
                   << summary["digest_state"].get<std::string>() << '\n';
@@ -201,20 +229,27 @@ int run(const RunOptions& options) {
 
 void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     auto options = std::make_shared<RunOptions>();
-    CLI::App* command = palpate.add_subcommand("run", "let a hand feel a scene, and report force, error and stability");
+    CLI::App* command =
+        palpate.add_subcommand("run", "let a hand feel a scene, and report force, error and stability");
     command->add_option("scene", options->scene, "scene file (docs/SCENE.md)")->required();
-    command->add_option("--clock", options->clock, "virtual: lockstep, repeatable; real: three processes at 1 kHz")
+    command
+        ->add_option("--clock", options->clock,
+                     "virtual: lockstep, repeatable; real: three processes at 1 kHz")
         ->check(CLI::IsMember({"virtual", "real"}));
-    command->add_option("--duration", options->duration_s, "seconds of the path to run; its whole length by default")
+    command
+        ->add_option("--duration", options->duration_s,
+                     "seconds of the path to run; its whole length by default")
         ->check(CLI::PositiveNumber);
     command->add_option("--out", options->out, "result folder; an earlier one moves to DIR.1 (out/SCENE)");
     command->add_option("--set", options->set, "section.key=value: any key of the scene, kept in the record")
         ->allow_extra_args(false);
     command->add_option("--device", options->device, "sim");
-    command->add_option("--check", options->check, "ticks compared with the plate: sample (about 400) or full")
+    command
+        ->add_option("--check", options->check, "ticks compared with the plate: sample (about 400) or full")
         ->check(CLI::IsMember({"sample", "full"}));
 #ifdef PALPATE_HAS_RIG
-    command->add_option("--rig", options->rig, "ADDR:PORT of a Modbus TCP server for a test rig, loopback only");
+    command->add_option("--rig", options->rig,
+                        "ADDR:PORT of a Modbus TCP server for a test rig, loopback only");
 #endif
     command->add_flag("--json", options->json, "print summary.json on stdout");
     command->add_flag("--quiet", options->quiet, "no progress, no words");

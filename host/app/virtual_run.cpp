@@ -19,7 +19,8 @@ struct FreeStand {
 
 std::vector<pal_hand_point> hand_points(const scene::World& world) {
     std::vector<pal_hand_point> points;
-    for (const DevicePoint& p : device_path(world)) points.push_back({p.t_s, {p.at_m[0], p.at_m[1], p.at_m[2]}});
+    for (const DevicePoint& p : device_path(world))
+        points.push_back({p.t_s, {p.at_m[0], p.at_m[1], p.at_m[2]}});
     return points;
 }
 
@@ -93,7 +94,8 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
         rig.show(record, 1000.0);
         if (record.path_tick == 1) left = after_begin;
         if (!underway.table) underway = {server.update(record), tick + 1 + world.scene.solver.delay_ticks};
-        if (tick % 64 == 0) progress.show("virtual " + std::to_string(tick) + " ms  " + status_line(record, 1000.0));
+        if (tick % 64 == 0)
+            progress.show("virtual " + std::to_string(tick) + " ms  " + status_line(record, 1000.0));
         if (interrupted()) {
             result.interrupted = true;
             break;
@@ -118,8 +120,7 @@ report::LoopModel loop_model(const Prepared& prepared) {
                     pal_stand_table_force(&table, at.data(), force.data());
                     return Eigen::Vector3d(force.cast<double>());
                 },
-            .fresh_table =
-                [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
+            .fresh_table = [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
                 const scene::World& world = *prepared.world;
                 const Eigen::Vector3d tool_m = world.on_object(at_m);
                 const auto foot = world.surface->foot(tool_m, world.tree->nearest(tool_m));

@@ -19,7 +19,7 @@ struct Material {
     double patch_size_m = 0.016;
     Projection projection = Projection::azimuthal;
     double spacing_m = 0.001;  ///< between the scan's points, median
-    double tolerance = 1e-3;           ///< of the point stiffness, relative
+    double tolerance = 1e-3;   ///< of the point stiffness, relative
 };
 
 /// A place where no plate can be cut: too little skin around it.

@@ -54,9 +54,9 @@ void turn_axes(const Object& object, cloud::Cloud& cloud) {
 void check_axes(const Scene& scene, const std::filesystem::path& file) {
     const SpaceComment said = space_comment(file);
     if (said.space.empty() || scene.object.axes == "file" || said.space == scene.object.axes) return;
-    throw Error(file.string() + ":" + std::to_string(said.line) + ": the file says SPACE=" + cloud::printable(said.space) +
-                ", the scene object.axes = \"" + scene.object.axes +
-                "\"; set object.axes to what the file says, or correct the file");
+    throw Error(file.string() + ":" + std::to_string(said.line) +
+                ": the file says SPACE=" + cloud::printable(said.space) + ", the scene object.axes = \"" +
+                scene.object.axes + "\"; set object.axes to what the file says, or correct the file");
 }
 
 /// Object metres: centred on its box where size_m scales it, as the file has it otherwise.
@@ -237,12 +237,12 @@ std::uint64_t source_hash_of(const World& world) {
     Hash hash;
     hash.add(world.cloud.points_m);
     hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
-    for (const double number : {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
-                                s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
-                                s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
-                                static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
-                                s.touch.law == Law::potential ? 0.0 : 1.0, s.placement.position_scale,
-                                s.placement.force_scale}) {
+    for (const double number :
+         {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
+          s.skin.model == Model::shell ? 1.0 : 0.0, s.patch.size_m,
+          s.patch.projection == "azimuthal" ? 0.0 : 1.0, s.solver.tolerance,
+          static_cast<double>(s.solver.table_nodes), s.touch.tool_radius_m,
+          s.touch.law == Law::potential ? 0.0 : 1.0, s.placement.position_scale, s.placement.force_scale}) {
         hash.add(number);
     }
     return hash.value();

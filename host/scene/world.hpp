@@ -52,7 +52,8 @@ struct World {
     std::uint64_t object_hash = 0;  ///< XXH64 of the points as read
     std::uint64_t source_hash = 0;  ///< XXH64 of points, young_pa, skin, patch, solver and touch settings
 
-    /// Where a tool centre of the hand's workspace is on the object, m: the hand's metres times placement.position_scale.
+    /// Where a tool centre of the hand's workspace is on the object, m: the hand's metres times
+    /// placement.position_scale.
     [[nodiscard]] Eigen::Vector3d on_object(const Eigen::Vector3d& hand_m) const {
         return scene.placement.position_scale * hand_m;
     }
@@ -68,8 +69,8 @@ struct World {
 /// Likewise from a cloud in object metres that needs no file (tests, generated objects).
 [[nodiscard]] std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud);
 
-/// XXH64 of all that a table of this world depends on: points, moduli, skin, patch, solver, touch and scales. A
-/// difference of one ulp in one number is another source.
+/// XXH64 of all that a table of this world depends on: points, moduli, skin, patch, solver, touch and scales.
+/// A difference of one ulp in one number is another source.
 [[nodiscard]] std::uint64_t source_hash_of(const World& world);
 
 }  // namespace palpate::scene

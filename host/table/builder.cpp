@@ -144,8 +144,8 @@ void store_fields(pal_table& table, const std::vector<Node>& nodes, Index m, dou
     table.error_k_relative = static_cast<float>(error);
 }
 
-/// From object metres and newtons to the hand's: lengths shrink by the position scale p, curvature and 1/h grow by it,
-/// K f^2/2 becomes force_scale/p times what it was.
+/// From object metres and newtons to the hand's: lengths shrink by the position scale p, curvature and 1/h
+/// grow by it, K f^2/2 becomes force_scale/p times what it was.
 void to_hand(pal_table& table, double position_scale, double force_scale) {
     const auto p = static_cast<float>(position_scale);
     const auto stiffer = static_cast<float>(position_scale * force_scale);

@@ -17,8 +17,8 @@ struct BuildOptions {
     double spacing_m = 0.0006;   ///< between nodes
     std::uint32_t n_nodes = 17;  ///< odd
     std::uint64_t source_hash = 0;
-    double position_scale = 1.0;    ///< object metres per hand metre
-    double force_scale = 1.0;       ///< newtons in the hand per newton on the object
+    double position_scale = 1.0;  ///< object metres per hand metre
+    double force_scale = 1.0;     ///< newtons in the hand per newton on the object
 };
 
 /// The table for a tool centre at `tool_m` above the foot `foot`, for the tick `made_for_tick`; not sealed,

@@ -6,16 +6,19 @@
 namespace palpate::table {
 namespace {
 
-// In spacings of the scan: half width of a table, between its nodes, and the move after which a new one is due.
+// In spacings of the scan: half width of a table, between its nodes, and the move after which a new one is
+// due.
 constexpr double HALF_WIDTH = 4.8, NODE_SPACING = 0.6, MOVED = 1.2;
-constexpr double NODE_TOLERANCE = 1e-3;  // of k, for which nodes 0.6 spacings apart serve; the spline is of fourth order
+constexpr double NODE_TOLERANCE =
+    1e-3;  // of k, for which nodes 0.6 spacings apart serve; the spline is of fourth order
 constexpr double DEEPER_M = 0.5e-3;
 
 /// Nodes along a side that keep the spline's share of the error in step with the tolerance.
 std::uint32_t nodes_for(double tolerance) {
     const double finer = std::sqrt(std::sqrt(std::max(1.0, NODE_TOLERANCE / tolerance)));
     const double half = std::ceil(HALF_WIDTH / NODE_SPACING * finer - 1e-9);
-    return std::min(2U * static_cast<std::uint32_t>(half) + 1U, static_cast<std::uint32_t>(PAL_TABLE_NODES_MAX));
+    return std::min(2U * static_cast<std::uint32_t>(half) + 1U,
+                    static_cast<std::uint32_t>(PAL_TABLE_NODES_MAX));
 }
 
 }  // namespace

@@ -9,8 +9,9 @@
 
 namespace palpate::table {
 
-/// Node count, spacing and the rest for a scene. Without solver.table_nodes: a table 9.6 of the scan's spacings wide,
-/// with 17 nodes for a tolerance of 1e-3 and more of them for less; with it: that many, 0.6 spacings apart.
+/// Node count, spacing and the rest for a scene. Without solver.table_nodes: a table 9.6 of the scan's
+/// spacings wide, with 17 nodes for a tolerance of 1e-3 and more of them for less; with it: that many, 0.6
+/// spacings apart.
 [[nodiscard]] BuildOptions build_options(const scene::World& world);
 
 /// The scan points that the scene's path can reach: what to bake.

@@ -12,10 +12,10 @@ namespace palpate::table {
 namespace {
 
 constexpr double SUPPORT_IN_SPACINGS = 2.8;
-constexpr double RIM_IN_SPACINGS = 1.5;  // farther from every point than this there is no skin
+constexpr double RIM_IN_SPACINGS = 1.5;   // farther from every point than this there is no skin
 constexpr int QUADRATIC = 6, CUBIC = 10;  // terms of the local polynomial
-// Holds the cubic terms where points are few; a switch between degrees would make the field jump. 1e-6 to 1e-3 do on the
-// bunny, the last with the smallest force error.
+// Holds the cubic terms where points are few; a switch between degrees would make the field jump. 1e-6 to
+// 1e-3 do on the bunny, the last with the smallest force error.
 constexpr double CUBIC_RIDGE = 1e-3;
 constexpr double NAN_VALUE = std::numeric_limits<double>::quiet_NaN();
 

@@ -22,7 +22,8 @@ public:
     StiffnessField(const contact::Surface& surface, const chart::Material& material);
 
     /// Stiffness at a place of the skin: weighted cubic through the points of its sheet within three
-    /// spacings (MATH.md eq. 27). Solves for those that are not known yet (about 1 ms each); otherwise about 10 us.
+    /// spacings (MATH.md eq. 27). Solves for those that are not known yet (about 1 ms each); otherwise about
+    /// 10 us.
     [[nodiscard]] FieldValue at(const contact::Foot& foot) const;
     /// Solves for `points`, telling how many are done.
     void bake(std::span<const cloud::Index> points, const std::function<void(std::size_t)>& progress) const;

@@ -23,8 +23,8 @@ fuzz::Reached whole("header passed"), taken("table taken"), read("tick read"), a
 
 void check_bytes(fuzz::Bytes bytes) {
     // A block of just this size, so that the address sanitizer sees a byte too far.
-    void* const block = std::aligned_alloc(64, std::max<std::size_t>(bytes.size(), 1));
-    require(block != nullptr);
+    void* block = nullptr;
+    require(posix_memalign(&block, alignof(pal_link), bytes.size()) == 0);
     std::copy(bytes.begin(), bytes.end(), static_cast<std::uint8_t*>(block));
     const pal_err err = pal_link_check(static_cast<const pal_link*>(block), bytes.size());
     require(err != PAL_OK || bytes.size() >= sizeof(pal_link));

@@ -36,7 +36,8 @@ std::string digest_io_of(const std::vector<pal_tick>& ticks) {
 /// The sheet with a spot in its corner, far from everything that is touched, that holds one point.
 app::Prepared with_corner_times(const std::string& factor) {
     return prepared({"skin.young_pa=0.3e6",
-                     "change=[{ shape = \"nodule\", at_m = [0.02, 0.02, 0.0], radius_m = 0.0002, edge_m = 0.0001, factor = " +
+                     "change=[{ shape = \"nodule\", at_m = [0.02, 0.02, 0.0], radius_m = 0.0002, edge_m = "
+                     "0.0001, factor = " +
                          factor + " }]"});
 }
 

@@ -27,7 +27,8 @@ struct Skin {
 template <class Height>
 Skin skin(double half_x_m, double half_y_m, const Height& height) {
     Skin s;
-    const int nx = static_cast<int>(std::lround(1e3 * half_x_m)), ny = static_cast<int>(std::lround(1e3 * half_y_m));
+    const int nx = static_cast<int>(std::lround(1e3 * half_x_m)),
+              ny = static_cast<int>(std::lround(1e3 * half_y_m));
     for (int i = -nx; i <= nx; ++i) {
         for (int j = -ny; j <= ny; ++j) {
             s.cloud.points_m.emplace_back(1e-3 * i, 1e-3 * j, height(1e-3 * i, 1e-3 * j));
@@ -41,9 +42,13 @@ Skin skin(double half_x_m, double half_y_m, const Height& height) {
     return s;
 }
 
-double flat(double, double) { return 0.0; }
+double flat(double, double) {
+    return 0.0;
+}
 
-chart::Material thin() { return {.thickness_m = 1.5e-3, .poisson = 0.3, .shell = false}; }
+chart::Material thin() {
+    return {.thickness_m = 1.5e-3, .poisson = 0.3, .shell = false};
+}
 
 double rigidity(const chart::Material& m, double young_pa) {
     return young_pa * std::pow(m.thickness_m, 3) / (12.0 * (1.0 - m.poisson * m.poisson));
@@ -55,7 +60,8 @@ TEST_CASE("a flat patch is a clamped square plate, centred wherever the contact 
     const Skin s = skin(0.02, 0.02, flat);
     const chart::Material m = thin();
     const double exact = rigidity(m, 1e6) / (0.005612024 * m.patch_size_m * m.patch_size_m);
-    for (const Vector3d& at : {Vector3d(0, 0, 0), Vector3d(3.3e-4, -4.1e-4, 0), Vector3d(2e-3, 1.5e-3, 1e-3)}) {
+    for (const Vector3d& at :
+         {Vector3d(0, 0, 0), Vector3d(3.3e-4, -4.1e-4, 0), Vector3d(2e-3, 1.5e-3, 1e-3)}) {
         const chart::Stiffness k = chart::point_stiffness(*s.surface, s.foot(at), m);
         CHECK(k.n_per_m == Approx(exact).epsilon(1e-6));
         CHECK(k.covered == 1.0);
@@ -86,8 +92,10 @@ TEST_CASE("Gaussian curvature is found on spheres, bowls, cylinders and saddles"
         CHECK(patch.gauss_per_m2 == Approx(expected).margin(0.03 / (r * r)));
         CHECK(patch.saddle == (expected < 0.0));
     };
-    check(skin(0.018, 0.018, [=](double x, double y) { return std::sqrt(r * r - x * x - y * y) - r; }), 1.0 / (r * r));
-    check(skin(0.018, 0.018, [=](double x, double y) { return r - std::sqrt(r * r - x * x - y * y); }), 1.0 / (r * r));
+    check(skin(0.018, 0.018, [=](double x, double y) { return std::sqrt(r * r - x * x - y * y) - r; }),
+          1.0 / (r * r));
+    check(skin(0.018, 0.018, [=](double x, double y) { return r - std::sqrt(r * r - x * x - y * y); }),
+          1.0 / (r * r));
     check(skin(0.018, 0.018, [=](double x, double y) { return 0.5 * (x * x - y * y) / r; }), -1.0 / (r * r));
 }
 
@@ -102,7 +110,8 @@ TEST_CASE("a spherical skin carries itself as Reissner says") {
 
 TEST_CASE("a rim is a free edge: a strip is softer than the full patch, and half a patch is refused") {
     const chart::Material m = thin();
-    const Skin full = skin(0.02, 0.02, flat), strip = skin(0.02, 0.005, flat), thread = skin(0.02, 0.001, flat);
+    const Skin full = skin(0.02, 0.02, flat), strip = skin(0.02, 0.005, flat),
+               thread = skin(0.02, 0.001, flat);
     const double k_full = chart::point_stiffness(*full.surface, full.foot({0, 0, 0}), m).n_per_m;
     const chart::Stiffness k_strip = chart::point_stiffness(*strip.surface, strip.foot({0, 0, 0}), m);
     CHECK(k_strip.n_per_m < 0.8 * k_full);
@@ -114,7 +123,8 @@ TEST_CASE("a rim is a free edge: a strip is softer than the full patch, and half
 TEST_CASE("the other wall of a thin object is no part of a patch") {
     Skin s = skin(0.015, 0.015, flat);
     const std::size_t one_wall = s.cloud.points_m.size();
-    for (std::size_t i = 0; i < one_wall; ++i) s.cloud.points_m.push_back(s.cloud.points_m[i] - Vector3d(0, 0, 3e-3));
+    for (std::size_t i = 0; i < one_wall; ++i)
+        s.cloud.points_m.push_back(s.cloud.points_m[i] - Vector3d(0, 0, 3e-3));
     s.cloud.normals.resize(one_wall);
     for (std::size_t i = 0; i < one_wall; ++i) s.cloud.normals.push_back(-s.cloud.normals[i]);
     s.cloud.young_pa.resize(2 * one_wall, 1e9);  // would be felt at once

@@ -21,8 +21,8 @@ struct Felt {
 Felt feel(const app::Prepared& prepared, const std::function<void(pal_table&)>& change) {
     app::Progress quiet(true);
     Felt felt{app::run_virtual(prepared, {}, quiet, change), {}};
-    const auto error = report::force_error(*prepared.world, felt.run.ticks, felt.run.tables, app::loop_model(prepared),
-                                           false, [](double) {});
+    const auto error = report::force_error(*prepared.world, felt.run.ticks, felt.run.tables,
+                                           app::loop_model(prepared), false, [](double) {});
     REQUIRE(error);
     REQUIRE(error->n_without_reference == 0);
     felt.error = *error;

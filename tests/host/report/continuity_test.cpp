@@ -12,10 +12,14 @@ namespace {
 std::unique_ptr<pal_table> bumpy_table() {
     scene::Scene scene = sheets::skin(0.4e6);
     scene.skin.foundation_n_per_m3 = 2e7;
-    scene.changes.push_back({.shape = scene::Change::Shape::nodule, .at_m = {0.002, 0, 0}, .radius_m = 0.003,
-                             .edge_m = 0.002, .factor = {5.0, 1.0}});
+    scene.changes.push_back({.shape = scene::Change::Shape::nodule,
+                             .at_m = {0.002, 0, 0},
+                             .radius_m = 0.003,
+                             .edge_m = 0.002,
+                             .factor = {5.0, 1.0}});
     cloud::Cloud cloud = sheets::flat(0.05);
-    for (Vector3d& p : cloud.points_m) p.z() = 1e-3 * std::sin(p.x() / 2e-3) * std::cos(p.y() / 3e-3) - 8.0 * p.x() * p.x();
+    for (Vector3d& p : cloud.points_m)
+        p.z() = 1e-3 * std::sin(p.x() / 2e-3) * std::cos(p.y() / 3e-3) - 8.0 * p.x() * p.x();
     const auto world = scene::build(scene, cloud);
     const table::StiffnessField field(*world->surface, world->material);
     return sheets::table_at(*world, field, table::build_options(*world), Vector3d::Zero(), 2e-3);
@@ -40,14 +44,16 @@ double largest_jump(const pal_table& table, double step_m) {
     double largest = 0.0;
     for (int i = 0; i < 1000; ++i) {
         const int line = static_cast<int>(unit() * (half - 2)) - (half - 2) / 2;
-        const double height = -1e-3 - 2e-3 * unit(), along = (unit() - 0.5) * 0.8 * half * static_cast<double>(table.spacing_m);
+        const double height = -1e-3 - 2e-3 * unit(),
+                     along = (unit() - 0.5) * 0.8 * half * static_cast<double>(table.spacing_m);
         const double q = 1.0 + static_cast<double>(table.kappa_per_m) * height;
         const double cross = line * static_cast<double>(table.spacing_m) * q;  // u = x1/q on a cell line
         const bool in_u = i % 2 == 0;
         const auto at = [&](double d) {
             return in_u ? Vector3d(cross + d, along, height) : Vector3d(along, cross + d, height);
         };
-        largest = std::max(largest, (force_at(table, at(0.5 * step_m)) - force_at(table, at(-0.5 * step_m))).norm());
+        largest = std::max(largest,
+                           (force_at(table, at(0.5 * step_m)) - force_at(table, at(-0.5 * step_m))).norm());
     }
     return largest;
 }
@@ -57,7 +63,8 @@ double largest_jump(const pal_table& table, double step_m) {
 TEST_CASE("across a thousand cell lines the force changes in proportion to the step") {
     const auto table = bumpy_table();
     REQUIRE(table);
-    const double coarse = largest_jump(*table, 4e-5), middle = largest_jump(*table, 2e-5), fine = largest_jump(*table, 1e-5);
+    const double coarse = largest_jump(*table, 4e-5), middle = largest_jump(*table, 2e-5),
+                 fine = largest_jump(*table, 1e-5);
     CAPTURE(coarse, middle, fine);
     CHECK(coarse / middle == Approx(2.0).epsilon(0.05));
     CHECK(middle / fine == Approx(2.0).epsilon(0.05));

@@ -17,13 +17,26 @@ struct Corner {
     double x_m, y_m, depth_m;
 };
 
-/// Five laps on the sheet; the first goes straight up the gradient of k at constant depth and returns in the air.
+/// Five laps on the sheet; the first goes straight up the gradient of k at constant depth and returns in the
+/// air.
 const std::vector<std::vector<Corner>>& laps() {
     static const std::vector<std::vector<Corner>> all = {
-        {{-0.005, 0, -1e-3}, {-0.005, 0, DEPTH_M}, {0.005, 0, DEPTH_M}, {0.005, 0, -1e-3}, {-0.005, 0, -1e-3}},
+        {{-0.005, 0, -1e-3},
+         {-0.005, 0, DEPTH_M},
+         {0.005, 0, DEPTH_M},
+         {0.005, 0, -1e-3},
+         {-0.005, 0, -1e-3}},
         {{0, -0.005, -1e-3}, {0, -0.005, 3e-3}, {0, 0.005, 3e-3}, {0, 0.005, -1e-3}, {0, -0.005, -1e-3}},
-        {{-0.005, -0.004, -1e-3}, {-0.005, -0.004, 3e-3}, {0.005, 0.004, 3e-3}, {0.005, 0.004, -1e-3}, {-0.005, -0.004, -1e-3}},
-        {{-0.005, -0.003, 1e-3}, {0.005, -0.003, DEPTH_M}, {0.005, 0.003, 2e-3}, {-0.005, 0.003, 1e-3}, {-0.005, -0.003, 1e-3}},
+        {{-0.005, -0.004, -1e-3},
+         {-0.005, -0.004, 3e-3},
+         {0.005, 0.004, 3e-3},
+         {0.005, 0.004, -1e-3},
+         {-0.005, -0.004, -1e-3}},
+        {{-0.005, -0.003, 1e-3},
+         {0.005, -0.003, DEPTH_M},
+         {0.005, 0.003, 2e-3},
+         {-0.005, 0.003, 1e-3},
+         {-0.005, -0.003, 1e-3}},
         {{-0.004, 0.002, 2e-3}, {0.002, -0.004, 2e-3}, {0.002, 0.004, 2e-3}, {-0.004, 0.002, 2e-3}}};
     return all;
 }
@@ -56,7 +69,9 @@ struct Lap {
 /// Static force map: counts in, motor words out, no delay; trapezoid rule over the true path.
 Lap lap_of(const Sheet& sheet, const pal_table& table, const std::vector<Corner>& corners) {
     const pal_stand_config config = sheets::stand();
-    const auto place = [&](const Corner& c) { return Vector3d(c.x_m, c.y_m, sheet.options.tool_radius_m - c.depth_m); };
+    const auto place = [&](const Corner& c) {
+        return Vector3d(c.x_m, c.y_m, sheet.options.tool_radius_m - c.depth_m);
+    };
     const auto force_at = [&](const Vector3d& at) {
         double force[3];
         REQUIRE(pal_stand_static_force(&config, &table, at.data(), force));

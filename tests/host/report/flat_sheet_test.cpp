@@ -10,8 +10,8 @@ namespace {
 
 constexpr double SQUARE = 0.005612024;  // centre deflection of a clamped square, P a^2/D (PLATE, anchor 2)
 
-/// Least-squares slope of the normal force against true depth, 50 depths of 1 to 5 mm, through encoder counts and motor
-/// words; the place lies beside the grid's points.
+/// Least-squares slope of the normal force against true depth, 50 depths of 1 to 5 mm, through encoder counts
+/// and motor words; the place lies beside the grid's points.
 double felt_stiffness(const scene::World& world, const Vector3d& at_m) {
     const table::StiffnessField field(*world.surface, world.material);
     const table::BuildOptions options = table::build_options(world);
@@ -34,7 +34,8 @@ double felt_stiffness(const scene::World& world, const Vector3d& at_m) {
 }
 
 Vector3d workspace_point(int i) {
-    const Vector3d points[5] = {{0, 0, 0}, {0.02, 0.01, 0.005}, {-0.02, 0.015, -0.01}, {0.01, -0.02, 0.01}, {-0.015, -0.015, 0}};
+    const Vector3d points[5] = {
+        {0, 0, 0}, {0.02, 0.01, 0.005}, {-0.02, 0.015, -0.01}, {0.01, -0.02, 0.01}, {-0.015, -0.015, 0}};
     return points[i];
 }
 
@@ -47,7 +48,8 @@ TEST_CASE("a clamped flat patch feels as stiff as the closed form, at five place
     const Vector3d at = workspace_point(place);
     scene.placement.at_m = {at.x() + 3e-4, at.y() - 2e-4, at.z()};  // the contact lies between grid points
     const auto world = scene::build(scene, sheets::flat(0.05));
-    const double exact = sheets::rigidity_n_m(scene, 1.2e6) / (SQUARE * scene.patch.size_m * scene.patch.size_m);
+    const double exact =
+        sheets::rigidity_n_m(scene, 1.2e6) / (SQUARE * scene.patch.size_m * scene.patch.size_m);
     const double felt = felt_stiffness(*world, at);
     CAPTURE(place, exact, felt);
     CHECK(felt == Approx(exact).epsilon(0.01));

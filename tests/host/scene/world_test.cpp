@@ -53,12 +53,19 @@ TEST_CASE("size_m scales the longest side and centres the object; length_unit on
 
 TEST_CASE("changes multiply the modulus at the points") {
     scene::Scene scene = sheets::skin(1e6);
-    scene.changes.push_back({.shape = scene::Change::Shape::gradient, .from_m = {-0.01, 0, 0}, .to_m = {0.01, 0, 0},
+    scene.changes.push_back({.shape = scene::Change::Shape::gradient,
+                             .from_m = {-0.01, 0, 0},
+                             .to_m = {0.01, 0, 0},
                              .factor = {1.0, 3.0}});
-    scene.changes.push_back({.shape = scene::Change::Shape::nodule, .at_m = {0, 0, 0.0005}, .radius_m = 0.004,
-                             .edge_m = 0.002, .factor = {5.0, 1.0}});
+    scene.changes.push_back({.shape = scene::Change::Shape::nodule,
+                             .at_m = {0, 0, 0.0005},
+                             .radius_m = 0.004,
+                             .edge_m = 0.002,
+                             .factor = {5.0, 1.0}});
     const auto world = scene::build(scene, sheets::flat(0.04));
-    const auto young = [&](double x, double y) { return world->cloud.young_pa[world->tree->nearest(Vector3d(x, y, 0))]; };
+    const auto young = [&](double x, double y) {
+        return world->cloud.young_pa[world->tree->nearest(Vector3d(x, y, 0))];
+    };
     CHECK(young(-0.02, 0) == Approx(1e6));
     CHECK(young(0.02, 0) == Approx(3e6));
     CHECK(young(0.005, 0.01) == Approx(2.5e6));
@@ -69,7 +76,8 @@ TEST_CASE("changes multiply the modulus at the points") {
 
 TEST_CASE("the path keeps the tool at its depth below the skin") {
     scene::Scene scene = sheets::skin(1e6);
-    scene.hand.path = {{0.0, {-0.005, 0, 0}, -0.01}, {0.1, {-0.005, 0, 0}, 0.002}, {0.2, {0.005, 0, 0}, 0.002}};
+    scene.hand.path = {
+        {0.0, {-0.005, 0, 0}, -0.01}, {0.1, {-0.005, 0, 0}, 0.002}, {0.2, {0.005, 0, 0}, 0.002}};
     const auto world = scene::build(scene, sheets::flat(0.04));
     REQUIRE(world->path.size() == 21);
     CHECK(world->path.front().tool_m.z() == Approx(0.013));

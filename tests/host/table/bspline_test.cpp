@@ -44,7 +44,9 @@ TEST_CASE("the spline passes through its nodes") {
 }
 
 TEST_CASE("parabolas are exact everywhere, the rim included") {
-    const auto f = [](double x, double y) { return 1.0 + 2.0 * x - 0.5 * x * x + 0.25 * x * y + 0.1 * y * y; };
+    const auto f = [](double x, double y) {
+        return 1.0 + 2.0 * x - 0.5 * x * x + 0.25 * x * y + 0.1 * y * y;
+    };
     const Eigen::MatrixXd c = spline_coefficients(sampled(7, f));
     for (const double x : {0.0, 0.3, 2.5, 5.9, 6.0}) {
         for (const double y : {0.1, 3.7, 5.5}) CHECK(value_at(c, x, y) == Approx(f(x, y)).margin(1e-11));
@@ -54,7 +56,9 @@ TEST_CASE("parabolas are exact everywhere, the rim included") {
 TEST_CASE("the spline is of fourth order for smooth values") {
     const auto worst = [](Eigen::Index m) {
         const double h = 6.0 / static_cast<double>(m - 1);
-        const auto f = [&](double x, double y) { return std::cos(x * h - 3.0) * std::cos(0.5 * (y * h - 3.0)); };
+        const auto f = [&](double x, double y) {
+            return std::cos(x * h - 3.0) * std::cos(0.5 * (y * h - 3.0));
+        };
         const Eigen::MatrixXd c = spline_coefficients(sampled(m, f));
         double error = 0.0;
         for (double x_m = 2.0; x_m < 4.0; x_m += 0.013) {  // the same places on every grid, away from its rim

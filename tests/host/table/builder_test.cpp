@@ -29,8 +29,11 @@ Bump spotted_cap(const scene::Placement& placement = {}) {
     scene::Scene scene = sheets::skin(0.4e6);
     scene.skin.foundation_n_per_m3 = 2e7;
     scene.placement = placement;
-    scene.changes.push_back({.shape = scene::Change::Shape::nodule, .at_m = {0.003, 0, 0}, .radius_m = 0.005,
-                             .edge_m = 0.002, .factor = {5.0, 1.0}});
+    scene.changes.push_back({.shape = scene::Change::Shape::nodule,
+                             .at_m = {0.003, 0, 0},
+                             .radius_m = 0.005,
+                             .edge_m = 0.002,
+                             .factor = {5.0, 1.0}});
     cloud::Cloud cloud = sheets::flat(0.04);
     for (Vector3d& p : cloud.points_m) p.z() = std::sqrt(9e-4 - p.x() * p.x() - p.y() * p.y()) - 0.03;
     Bump bump{scene::build(scene, cloud), nullptr, {}};
@@ -84,7 +87,8 @@ TEST_CASE("a table passes the loop's check and says what it was made from") {
     const pal_table_limits limits = pal_intake_limits_default();
     CHECK(pal_table_check(table.get(), &limits) == PAL_OK);
     CHECK(table->source_hash == bump.world->source_hash);
-    CHECK(static_cast<double>(table->kappa_per_m) == Approx(1.0 / 0.033).epsilon(0.02));  // raised by the tool's radius
+    CHECK(static_cast<double>(table->kappa_per_m) ==
+          Approx(1.0 / 0.033).epsilon(0.02));  // raised by the tool's radius
 }
 
 TEST_CASE("near a rim the table's valid radius ends before the skin does") {

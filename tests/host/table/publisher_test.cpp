@@ -47,7 +47,8 @@ TEST_CASE("the last table is published again after 40 ticks, with a new number a
     CHECK(publisher.refresh(141) == nullptr);
 }
 
-TEST_CASE("the segment can be attached by its name while it lives, by its user only, and is gone afterwards") {
+TEST_CASE(
+    "the segment can be attached by its name while it lives, by its user only, and is gone afterwards") {
     std::string name;
     {
         const link::Segment segment;
