@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 
 #include "host/app/interrupt.hpp"
@@ -35,7 +36,7 @@ pal_stand_config stand_config(const scene::Scene& scene, const std::vector<pal_h
         scene.hand.stiffness_n_per_m > 0.0 ? config.falcon.mass_kg * config.falcon.gravity_m_per_s2 : 0.0;
     config.hand.path = path.data();
     config.hand.n_points = static_cast<std::uint32_t>(path.size());
-    config.ramp_ticks = static_cast<std::uint32_t>(1e3 * scene.touch.ramp_s + 0.5);
+    config.ramp_ticks = static_cast<std::uint32_t>(std::lround(1e3 * scene.touch.ramp_s));
     config.hand.wait_ticks = std::max(config.ramp_ticks, 1U);
     config.hand.home_in_m[2] = PAL_HAND_HOME_IN_Z_M;
     config.force_max_n = static_cast<float>(scene.touch.force_max_n);

@@ -15,7 +15,7 @@ constexpr double DEPTH_MIN_M = 0.5e-3;    // shallower ticks say little about st
 constexpr double SMALL_DEFLECTION = 0.5;  // of h: beyond it linear plate theory is only nominal
 
 Vector3d vec(const float (&v)[3]) {
-    return {v[0], v[1], v[2]};
+    return Eigen::Map<const Eigen::Vector3f>(v).cast<double>();
 }
 
 bool in_contact(const pal_tick& tick) {
@@ -109,8 +109,8 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
         if (!in_contact(tick)) continue;
         ++n_contact;
         force.add(force_of(tick).norm());
-        depth.add(tick.depth_m);
-        k.add(tick.k_n_per_m);
+        depth.add(static_cast<double>(tick.depth_m));
+        k.add(static_cast<double>(tick.k_n_per_m));
         age.add(tick.table_age_ticks);
     }
     const double relative = depth.any ? depth.high / world.scene.skin.thickness_m : 0.0;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr std::size_t SAMPLE = 400;
 
 Vector3d vec(const float (&v)[3]) {
-    return {v[0], v[1], v[2]};
+    return Eigen::Map<const Eigen::Vector3f>(v).cast<double>();
 }
 
 bool in_contact(const pal_tick& tick) {
@@ -47,13 +47,13 @@ private:
 Vector3d commanded(const pal_tick& tick, const TableSet& tables, const LoopModel& loop, double force_max_n,
                    const Vector3d& at_m) {
     Vector3d force = Vector3d::Zero();
-    const double weight = tick.fade_weight;
+    const auto weight = static_cast<double>(tick.fade_weight);
     if (const pal_table* now = tables.at(tick.table_id)) {
         force += (tick.before_id != 0 ? weight : 1.0) * loop.table_force_n(*now, at_m);
     }
     if (const pal_table* before = tables.at(tick.before_id))
         force += (1.0 - weight) * loop.table_force_n(*before, at_m);
-    force *= tick.gain;
+    force *= static_cast<double>(tick.gain);
     const double size = force.norm();
     return size > force_max_n ? Vector3d(force * (force_max_n / size)) : force;
 }

@@ -246,8 +246,8 @@ std::string where(const Scene& scene, const std::string& name) {
 
 std::filesystem::path points_file(const Scene& scene) {
     const std::filesystem::path& points = scene.object.points;
-    const std::filesystem::path here = scene.file.parent_path() / points;  // an absolute one stays itself
-    const std::filesystem::path there = std::filesystem::path(MODELS_DIRECTORY) / points;
+    std::filesystem::path here = scene.file.parent_path() / points;  // an absolute one stays itself
+    std::filesystem::path there = std::filesystem::path(MODELS_DIRECTORY) / points;
     std::error_code error;
     if (std::filesystem::is_regular_file(here, error)) return here;
     if (points.is_relative() && std::filesystem::is_regular_file(there, error)) return there;

@@ -71,7 +71,7 @@ bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) 
 std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
     if (record.state != PAL_STATE_ENABLED) return nullptr;
     const Eigen::Vector3d tool_m =
-        world_->on_object({record.position_m[0], record.position_m[1], record.position_m[2]});
+        world_->on_object(Eigen::Map<const Eigen::Vector3f>(record.position_m).cast<double>());
     if (engaged_) contact_ = proxy_.follow(tool_m);
     const cloud::Index seed = contact_ ? contact_->nearest : world_->tree->nearest(tool_m);
     const auto foot = world_->surface->foot(tool_m, seed);
