@@ -8,6 +8,7 @@ if [ $# -lt 3 ]; then
 fi
 source=$1 folder=$2
 shift 2
+mkdir -p "$folder"
 first=
 failed=0
 for build in "$@"; do

@@ -1,0 +1,102 @@
+// Hand-over between host and loop, and what a table's arrival costs.
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "common/crc32c.h"
+#include "firmware/core/intake.h"
+#include "host/link/publisher.hpp"
+#include "tests/bench/measure.hpp"
+#include "tests/common/tables.hpp"
+
+namespace palpate::bench {
+namespace {
+
+constexpr int N_SAMPLES = 5000;
+constexpr std::size_t BATCH = 64;
+constexpr std::uint32_t USUAL_NODES = 17, MOST_NODES = PAL_TABLE_NODES_MAX;
+
+std::unique_ptr<pal_link> new_link() {
+    auto link = std::make_unique<pal_link>();
+    pal_link_init(link.get(), 1);
+    return link;
+}
+
+/// The swaps of the ring's word alone: publish by the writer, take by the reader.
+void publish_and_take(benchmark::State& state) {
+    const auto link = new_link();
+    bool ok = true;
+    measure(
+        state, Clock::wall, BATCH, [](std::size_t) {},
+        [&](std::size_t) {
+            benchmark::DoNotOptimize(pal_table_ring_back(&link->tables));
+            pal_table_ring_publish(&link->tables);
+            ok = pal_table_ring_take(&link->tables) && ok;
+            benchmark::DoNotOptimize(pal_table_ring_current(&link->tables));
+        });
+    if (!ok) throw std::runtime_error("ring: a published table was not taken");
+}
+
+/// All that the host does to publish: number, checksum, copy, swap.
+void publish_whole(benchmark::State& state, std::uint32_t n_nodes) {
+    const auto link = new_link();
+    link::Publisher publisher(*link);
+    publisher.publish(tables::make({}, n_nodes), 0);
+    std::uint32_t tick = 0;
+    measure(
+        state, Clock::wall, 1, [](std::size_t) {},
+        [&](std::size_t) {
+            tick += 1000;  // old enough to be published again
+            benchmark::DoNotOptimize(publisher.refresh(tick));
+        });
+}
+
+void push(benchmark::State& state) {
+    const auto link = new_link();
+    pal_tick record{};
+    measure(
+        state, Clock::wall, BATCH, [](std::size_t) {},
+        [&](std::size_t k) {
+            record.tick = static_cast<std::uint32_t>(k);
+            pal_state_ring_push(&link->ticks, &record);
+        });
+    benchmark::DoNotOptimize(link->ticks.done);
+}
+
+void check(benchmark::State& state, std::uint32_t n_nodes) {
+    const auto table = tables::make({}, n_nodes);
+    const pal_table_limits limits = pal_intake_limits_default();
+    bool ok = true;
+    measure(
+        state, Clock::wall, 1, [](std::size_t) {},
+        [&](std::size_t) { ok = pal_table_check(table.get(), &limits) == PAL_OK && ok; });
+    if (!ok) throw std::runtime_error("arrival: a good table was refused");
+}
+
+void checksum(benchmark::State& state, std::uint32_t n_nodes) {
+    const auto table = tables::make({}, n_nodes);
+    const auto n_bytes = table->n_bytes - static_cast<std::uint32_t>(offsetof(pal_table, id));
+    measure(
+        state, Clock::wall, 1, [](std::size_t) {},
+        [&](std::size_t) { benchmark::DoNotOptimize(pal_crc32c(&table->id, n_bytes)); });
+}
+
+}  // namespace
+
+void register_link() {
+    add("link/publish and take, swaps alone", N_SAMPLES, publish_and_take);
+    for (const std::uint32_t n : {USUAL_NODES, MOST_NODES}) {
+        add("link/publish a table of " + std::to_string(n) + " nodes, whole", N_SAMPLES,
+            [n](benchmark::State& state) { publish_whole(state, n); });
+    }
+    add("link/push a tick record", N_SAMPLES, push);
+    for (const std::uint32_t n : {USUAL_NODES, MOST_NODES}) {
+        const std::string of =
+            " of " + std::to_string(n) + " nodes, " + std::to_string(pal_table_bytes(n)) + " bytes";
+        add("arrival/whole check" + of, N_SAMPLES, [n](benchmark::State& state) { check(state, n); });
+        add("arrival/checksum alone" + of, N_SAMPLES, [n](benchmark::State& state) { checksum(state, n); });
+    }
+}
+
+}  // namespace palpate::bench
