@@ -12,7 +12,7 @@ static const float KAPPA_MAX_PER_M = 2000.0F;  // a fitted sphere of half a mill
 static const float DEPTH_SCALE_MAX_PER_M = 1.0e6F;
 static const float PSI_MAX = 1.0e4F;
 static const float AXES_TOLERANCE = 1.0e-4F;
-enum { PSI_SAMPLES = 32, PSI_SAMPLES_PER_UNIT = 4 };  // depth up to eight times the thickness
+enum { PSI_CELLS = 32, PSI_CELLS_PER_UNIT = 4 };  // depth up to eight times the thickness
 
 static bool within(float x, float low, float high) {
     return x >= low && x <= high;  // false for NaN
@@ -83,6 +83,21 @@ static bool axes_orthonormal(const float axes[9]) {
     return true;
 }
 
+// psi's numerator over the cell that begins at x: positive when its Bernstein coefficients there are, for
+// they hold it in their hull. (Samples let a dip between two of them pass: 1 - 20 x + 95 x^2 is negative at
+// 0.1.)
+static bool numerator_positive(const float psi[5], float x) {
+    static const float H = 1.0F / (float)PSI_CELLS_PER_UNIT;
+    const float x2 = x * x;
+    const float c0 = 1.0F + x * (psi[0] + x * (psi[1] + x2 * psi[2]));  // Taylor at x, in steps of H
+    const float c1 = H * (psi[0] + x * (2.0F * psi[1] + 4.0F * x2 * psi[2]));
+    const float c2 = H * H * (psi[1] + 6.0F * x2 * psi[2]);
+    const float c3 = H * H * H * 4.0F * x * psi[2];
+    const float c4 = H * H * H * H * psi[2];
+    return c0 > 0.0F && c0 + 0.25F * c1 > 0.0F && c0 + 0.5F * c1 + c2 / 6.0F > 0.0F &&
+           c0 + 0.75F * c1 + 0.5F * c2 + 0.25F * c3 > 0.0F && c0 + c1 + c2 + c3 + c4 > 0.0F;
+}
+
 // Denominator positive for every depth, and psi positive to eight thicknesses: the skin never pulls.
 static bool depth_law_ok(const float psi[5]) {
     for (int i = 0; i < 5; ++i) {
@@ -91,9 +106,8 @@ static bool depth_law_ok(const float psi[5]) {
     const float m1 = psi[3];
     const float m2 = psi[4];
     if (!(m2 >= 0.0F) || !(m1 >= 0.0F || m1 * m1 < 4.0F * m2)) return false;
-    for (int i = 0; i <= PSI_SAMPLES; ++i) {
-        const float x = (float)i / (float)PSI_SAMPLES_PER_UNIT;
-        if (!(1.0F + x * (psi[0] + x * (psi[1] + x * x * psi[2])) > 0.0F)) return false;
+    for (int i = 0; i < PSI_CELLS; ++i) {
+        if (!numerator_positive(psi, (float)i / (float)PSI_CELLS_PER_UNIT)) return false;
     }
     return true;
 }

@@ -5,7 +5,7 @@
 
 #include "firmware/core/step.h"
 
-static const float FORCE_DEVICE_MAX_N = 8.9F;  // what a Falcon is rated for
+static const double FORCE_DEVICE_MAX_N = 8.9;  // what a Falcon is rated for; as a float it is just below
 enum { RAMP_TICKS_MAX = 60000 };
 
 static const char HELP[] =
@@ -54,7 +54,7 @@ static bool take(pal_loop_options* options, const char* name, const char* value,
         return true;
     }
     if (strcmp(name, "--force-max-n") == 0) {
-        if (!read_number(value, 1.0e-3, (double)FORCE_DEVICE_MAX_N + 1.0e-6, &number)) {
+        if (!read_number(value, 1.0e-3, FORCE_DEVICE_MAX_N, &number)) {
             fprintf(complaint, "palpate-loop: --force-max-n %s: expected newtons above 0, at most 8.9\n",
                     value);
             return false;

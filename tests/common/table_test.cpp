@@ -80,6 +80,11 @@ std::vector<Broken> broken_tables() {
         {"psi with a pole", PAL_ERR_RANGE, true, [](pal_table& t) { t.psi[3] = -0.5F; }},
         {"psi with a pole far out", PAL_ERR_RANGE, true, [](pal_table& t) { t.psi[4] = -1.0e-3F; }},
         {"psi that pulls", PAL_ERR_RANGE, true, [](pal_table& t) { t.psi[0] = -0.5F; }},
+        {"psi that pulls at 0.1 only", PAL_ERR_RANGE, true,
+         [](pal_table& t) {
+             t.psi[0] = -20.0F;
+             t.psi[1] = 95.0F;
+         }},
         {"place", PAL_ERR_RANGE, true, [](pal_table& t) { t.p0_m[1] = 5.0F; }},
         {"stretched axis", PAL_ERR_RANGE, true, [](pal_table& t) { t.axes[0] = 1.01F; }},
         {"skew axes", PAL_ERR_RANGE, true, [](pal_table& t) { t.axes[1] = 0.01F; }},

@@ -44,6 +44,12 @@ TEST_CASE("the loop's options are read") {
     CHECK(read({"--help"}).options.help);
 }
 
+TEST_CASE("the loop may be asked for all that a Falcon is rated for") {
+    const Answer answer = read({"--link", "/x", "--device", "link:/y", "--force-max-n", "8.9"});
+    REQUIRE(answer.ok);
+    CHECK(answer.options.force_max_n == 8.9F);
+}
+
 TEST_CASE("bad options are refused in one line that names them") {
     const std::vector<std::vector<std::string>> bad = {
         {},
@@ -53,6 +59,7 @@ TEST_CASE("bad options are refused in one line that names them") {
         {"--link", "/x", "--device", "usb"},
         {"--link", "/x", "--device", "link:"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "9"},
+        {"--link", "/x", "--device", "link:/y", "--force-max-n", "8.9000006"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "0"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "nan"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "4x"},

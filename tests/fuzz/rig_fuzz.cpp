@@ -52,6 +52,8 @@ void check_answerable(fuzz::Bytes frame) {
     require(write.mask < 1U << SIZES.n_coils);
     require((write.values & ~write.mask) == 0);
     const bool writing = frame[7] == 5 || frame[7] == 15;
+    require(frame.size() ==
+            (frame[7] == 15 ? 13U + frame[12] : 12U));  // docs/MODBUS.md: exception 03 otherwise
     require((write.mask != 0) == writing);
     (writing ? writes : reads).note();
 }

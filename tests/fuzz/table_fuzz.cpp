@@ -14,6 +14,9 @@ using fuzz::require;
 
 fuzz::Reached passed("table passed"), pressed("with a force");
 
+constexpr float REACH_M =
+    10.0F;  // far beyond any device; pal_blend_touch answers for what is not finite there
+
 /// |F| <= K f |grad f| + f^2 |grad K| / 2, each factor at its largest; for a linear depth law.
 double force_bound_n(const pal_table& table, const pal_table_limits& limits, const pal_touch& touch) {
     const double kappa_r = static_cast<double>(table.kappa_per_m) * static_cast<double>(table.valid_radius_m);
@@ -22,6 +25,24 @@ double force_bound_n(const pal_table& table, const pal_table_limits& limits, con
     const double f_m = static_cast<double>(touch.depth_m) * grad_f;
     return static_cast<double>(limits.stiffness_max_n_per_m) * f_m * grad_f +
            0.5 * f_m * f_m * static_cast<double>(limits.stiffness_slope_max_n_per_m2) * grad_uv;
+}
+
+/// U >= 0 to eight thicknesses of depth but for rounding, which counts where terms of the depth law cancel.
+bool never_pulls(const pal_table& table, const pal_touch& touch) {
+    if (touch.potential_j >= 0.0F) return true;
+    const std::uint32_t n_plane = (table.n_nodes + 2) * (table.n_nodes + 2);
+    const std::span k(table.coef + n_plane, n_plane), h(table.coef + std::size_t{2} * n_plane, n_plane);
+    const double depth_m = static_cast<double>(touch.depth_m),
+                 k_n_per_m = static_cast<double>(touch.k_n_per_m);
+    const double k_min = static_cast<double>(*std::ranges::min_element(k));
+    const double f_max = depth_m * std::sqrt(k_n_per_m / k_min);
+    const double x = static_cast<double>(*std::ranges::max_element(h)) * f_max;
+    const auto term = [&](std::size_t i) { return std::fabs(static_cast<double>(table.psi[i])); };
+    const double size = 1.0 + x * (term(0) + x * (term(1) + x * x * term(2)));
+    const bool plain = term(3) == 0.0 && term(4) == 0.0;
+    const double rounding_j = 1.0e-5 * size * 0.5 * k_n_per_m * f_max * f_max;
+    return x > 8.0 || (plain && static_cast<double>(touch.potential_j) >= -rounding_j) ||
+           (!plain && size > 1.0);  // the denominator alone must never make it negative
 }
 
 void check_touch(const pal_table& table, const pal_table_limits& limits, const std::array<float, 3>& at_m) {
@@ -33,6 +54,7 @@ void check_touch(const pal_table& table, const pal_table_limits& limits, const s
     require(std::isfinite(n) && std::isfinite(touch.potential_j));
     if (!(touch.depth_m > 0.0F)) require(n == 0.0);
     if (n > 0.0) pressed.note();
+    if (n > 0.0) require(never_pulls(table, touch));
     bool linear = true;
     for (const float c : table.psi) linear = linear && c == 0.0F;
     if (linear && n > 0.0) require(n <= 1.01 * force_bound_n(table, limits, touch));
@@ -44,6 +66,11 @@ void check(const pal_table& table, const std::array<float, 3>& at_m) {
     passed.note();
     require(pal_table_header_ok(&table));
     check_touch(table, limits, at_m);
+    float down_m = table.valid_radius_m;
+    for (int i = 0; i < 20; ++i) {  // from 1 to 0.001 radii deep
+        down_m *= 0.7F;
+        check_touch(table, limits, {table.p0_m[0], table.p0_m[1], table.p0_m[2] - down_m});
+    }
     for (int i = -4; i <= 4; ++i) {  // along the axis, and across it
         const float step = 0.25F * static_cast<float>(i) * table.valid_radius_m;
         check_touch(table, limits, {table.p0_m[0], table.p0_m[1], table.p0_m[2] + step});
@@ -57,7 +84,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static pal_table table;
     fuzz::Bytes bytes(data, size);
     const auto kind = fuzz::take<std::uint8_t>(bytes);
-    const auto at_m = fuzz::take<std::array<float, 3>>(bytes);
+    auto at_m = fuzz::take<std::array<float, 3>>(bytes);
+    for (float& x_m : at_m) x_m = std::fabs(x_m) <= REACH_M ? x_m : 0.0F;
     if (kind % 3 == 2) {
         fuzz::fill_good(table, 5U + 2U * (kind / 3U % 31U), 1);
         fuzz::patch(table, bytes, bytes.size());

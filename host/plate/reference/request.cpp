@@ -14,10 +14,18 @@ void require(bool good, const std::string& what) {
     if (!good) throw BadRequest(what);
 }
 
+/// The library would cast without a word: -1 to the largest count, 5.7 to 5, and 1e30 to anything.
+std::array<std::size_t, 2> counts(const nlohmann::json& value, const std::string& key) {
+    const auto whole = [](const nlohmann::json& item) { return item.is_number_unsigned(); };
+    require(value.is_array() && value.size() == 2 && std::all_of(value.begin(), value.end(), whole),
+            key + ": needs two whole numbers, not negative");
+    return {value[0].get<std::size_t>(), value[1].get<std::size_t>()};
+}
+
 Plate parse(const nlohmann::json& request) {
     Plate plate;
     const auto size = request.at("size_m").get<std::array<double, 2>>();
-    const auto nodes = request.at("nodes").get<std::array<std::size_t, 2>>();
+    const auto nodes = counts(request.at("nodes"), "nodes");
     plate.size_x_m = size[0];
     plate.size_z_m = size[1];
     plate.nx = nodes[0];
@@ -26,8 +34,8 @@ Plate parse(const nlohmann::json& request) {
     plate.depth_m = request.value("depth_m", plate.depth_m);
     plate.rigidity_n_m = request.at("rigidity_n_m").get<std::vector<double>>();
     plate.foundation_n_per_m3 = request.value("foundation_n_per_m3", std::vector<double>{});
-    const auto contact =
-        request.value("contact_node", std::array<std::size_t, 2>{plate.nx / 2, plate.nz / 2});
+    const nlohmann::json middle = {plate.nx / 2, plate.nz / 2};
+    const auto contact = counts(request.value("contact_node", middle), "contact_node");
     plate.contact_ix = contact[0];
     plate.contact_iz = contact[1];
     return plate;
@@ -50,8 +58,9 @@ void check(const Plate& plate) {
             "foundation_n_per_m3: needs nodes[0] * nodes[1] values");
     require(std::all_of(foundation.begin(), foundation.end(), not_negative),
             "foundation_n_per_m3: no value may be negative");
-    require(plate.contact_ix >= 1 && plate.contact_ix + 1 < plate.nx && plate.contact_iz >= 1 &&
-                plate.contact_iz + 1 < plate.nz,
+    // Without a sum: one more than the largest index is 0.
+    require(plate.contact_ix >= 1 && plate.contact_ix < plate.nx - 1 && plate.contact_iz >= 1 &&
+                plate.contact_iz < plate.nz - 1,
             "contact_node: must lie inside the clamped edge");
 }
 
@@ -59,7 +68,7 @@ void check(const Plate& plate) {
 
 Plate read_plate(std::istream& in) {
     try {
-        const Plate plate = parse(nlohmann::json::parse(in));
+        Plate plate = parse(nlohmann::json::parse(in));
         check(plate);
         return plate;
     } catch (const nlohmann::json::exception& error) {

@@ -108,6 +108,24 @@ TEST_CASE("palpate-reference refuses bad input with a word about it and status 2
     CHECK(reference("--help", "").status == 0);
 }
 
+TEST_CASE("palpate-reference takes no count that is negative, a fraction, or larger than any array") {
+    const std::string good = request(unit_square(17, one));
+    REQUIRE(reference("plate", good).status == 0);
+    const std::string bad =
+        GENERATE(as<std::string>{}, "-1", "5.7", "5.1e31", "null", "18446744073709551615");
+    INFO(bad);
+    std::string contact = good;
+    contact.insert(contact.size() - 1, R"(,"contact_node":[)" + bad + ",8]");
+    const Run outside = reference("plate", contact);
+    CHECK(outside.status == 2);
+    CHECK_THAT(outside.out, Catch::Matchers::Contains("contact_node"));
+    std::string nodes = good;
+    nodes.replace(nodes.find("[17,"), 3, "[" + bad);
+    const Run wrong = reference("plate", nodes);
+    CHECK(wrong.status == 2);
+    CHECK_THAT(wrong.out, Catch::Matchers::Contains("nodes"));
+}
+
 #else
 
 TEST_CASE("Ceres reference") {
