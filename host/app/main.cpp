@@ -5,6 +5,7 @@
 #include "host/app/child.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
+#include "host/app/scratch.hpp"
 #include "host/cloud/cloud.hpp"
 #include "host/link/segment.hpp"
 #include "host/record/record.hpp"
@@ -59,6 +60,8 @@ int main(int argc, char** argv) {
     } catch (const palpate::cloud::Error& error) {
         return complain(error, 2);
     } catch (const palpate::record::Error& error) {
+        return complain(error, 2);
+    } catch (const palpate::app::ScratchError& error) {
         return complain(error, 2);
 #ifdef PALPATE_HAS_RIG
     } catch (const palpate::rig::Error& error) {

@@ -240,10 +240,9 @@ bool finished(const std::vector<pal_tick>& ticks, std::uint32_t path_ticks) {
 
 }  // namespace
 
-RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
+RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress, const Scratch& scratch,
                    const std::filesystem::path& log) {
     const scene::Scene& scene = prepared.world->scene;
-    const Scratch scratch;
     const link::Segment segment;
     pal_link& link = segment.link();
     write_path(scratch / "path", device_path(*prepared.world));

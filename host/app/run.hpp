@@ -10,6 +10,7 @@
 
 #include "common/link.h"
 #include "host/app/progress.hpp"
+#include "host/app/scratch.hpp"
 #include "host/record/record.hpp"
 #include "host/report/force_error.hpp"
 #include "host/scene/world.hpp"
@@ -56,7 +57,7 @@ struct RunResult {
 /// Three processes by the wall clock: this one, palpate-loop and palpate-falcon-sim, found beside this
 /// program; what they print goes to `log`.
 [[nodiscard]] RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
-                                 const std::filesystem::path& log);
+                                 const Scratch& scratch, const std::filesystem::path& log);
 
 /// The hand's path in the device frame, one point every 10 ms.
 struct DevicePoint {

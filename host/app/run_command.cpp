@@ -7,6 +7,7 @@
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/run.hpp"
+#include "host/app/scratch.hpp"
 #include "host/app/touch_picture.hpp"
 #include "host/report/figures.hpp"
 #include "host/report/pictures.hpp"
@@ -16,6 +17,16 @@
 
 namespace palpate::app {
 namespace {
+
+using report::Json;
+
+#ifdef PALPATE_HAS_RIG
+constexpr bool HAS_RIG = true;
+constexpr const char* RIG_HELP = "ADDR:PORT of a Modbus TCP server for a test rig, loopback only";
+#else
+constexpr bool HAS_RIG = false;
+constexpr const char* RIG_HELP = "not in this build (PALPATE_RIG)";
+#endif
 
 struct RunOptions {
     std::string scene, clock, out, device, rig, check = "sample";
@@ -53,7 +64,7 @@ std::string command_of(const RunOptions& options) {
     return command + " --check " + options.check;
 }
 
-nlohmann::json object_json(const scene::World& world) {
+Json object_json(const scene::World& world) {
     return {{"name", world.object_name},
             {"hash", hex(world.object_hash)},
             {"n_points", world.cloud.points_m.size()},
@@ -61,75 +72,93 @@ nlohmann::json object_json(const scene::World& world) {
             {"spacing_m", world.spacing_m}};
 }
 
-nlohmann::json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,
-                          Progress& progress) {
-    const scene::World& world = *prepared.world;
+/// The force error with its words; an interrupt while it is computed leaves the run's other results as they
+/// are.
+void check_forces(const RunOptions& options, const Prepared& prepared, const RunResult& result,
+                  std::span<const report::Touch> touches, Progress& progress, Json& summary) {
+    const auto show = [&](double share) {
+        stop_when_interrupted();
+        progress.show("checking forces against the plate, " + std::to_string(std::lround(100.0 * share)) +
+                      " %");
+    };
+    std::optional<report::ForceError> error;
+    std::string why_not = "there was no contact";
+    if (prepared.world->scene.run.clock != "virtual") {
+        why_not = "in real time the true place between two ticks is not known";
+    } else if (result.interrupted) {
+        why_not = "the run was interrupted";
+    } else {
+        try {
+            error = report::force_error(*prepared.world, result.ticks, touches, result.tables,
+                                        loop_model(prepared), options.check == "full", show);
+        } catch (const Interrupted&) {
+            why_not = "its computation was interrupted";
+            summary["interrupted"] = true;
+        }
+    }
+    report::add_force_error(summary, error, why_not);
+}
+
+void add_digests(const scene::World& world, const RunResult& result, Json& summary) {
     const bool is_virtual = world.scene.run.clock == "virtual";
-    nlohmann::json summary = {{"schema", "palpate.summary/1"},
-                              {"palpate", PALPATE_VERSION},
-                              {"build", PALPATE_BUILD},
-                              {"scene_hash", hex(world.scene.hash)},
-                              {"command", command_of(options)},
-                              {"started_utc", utc(result.start_unix_ns)},
-                              {"clock", world.scene.run.clock},
-                              {"title", world.scene.title},
-                              {"object", object_json(world)},
-                              {"source_hash", hex(world.source_hash)},
-                              {"interrupted", result.interrupted},
-                              {"failure", result.failure}};
-    summary["duration_wall_s"] =
-        1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns);
+    for (const auto& [name, digest] :
+         {std::pair("digest_io", result.digest_io), std::pair("digest_state", result.digest_state)}) {
+        summary[name] = is_virtual ? Json(digest) : Json(nullptr);
+        if (!is_virtual) summary[std::string(name) + "_why"] = "real time is not repeatable";
+    }
+}
+
+Json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,
+                Progress& progress) {
+    const scene::World& world = *prepared.world;
+    Json summary = {{"schema", "palpate.summary/1"},    {"verdict", nullptr},
+                    {"verdict_reasons", Json::array()}, {"stop", nullptr},
+                    {"failure", result.failure},        {"interrupted", result.interrupted}};
+    const std::vector<report::Touch> touches = report::touches(world, result.ticks);
+    check_forces(options, prepared, result, touches, progress, summary);
+    const report::StiffnessRatio ratio = report::stiffness_ratio(world, result.ticks, touches);
+    summary["stiffness_ratio"] = ratio.value ? Json(*ratio.value) : Json(nullptr);
+    if (!ratio.value) summary["stiffness_ratio_why"] = ratio.why;
+    summary["stiffness_ratio_ticks"] = {{"over", ratio.n_over}, {"beside", ratio.n_beside}};
+    add_digests(world, result, summary);
+    summary.update(report::run_figures(world, result.ticks, touches));
     summary["tables"] = {{"built", result.n_tables_built},
                          {"published", result.tables.size()},
                          {"refused_places", result.n_tables_refused}};
     summary["stiffness_points"] = {{"solved", prepared.field->n_solved()},
                                    {"saddles", prepared.field->n_saddles()}};
-    for (const char* name : {"digest_io", "digest_state"}) {
-        const std::string& digest = name == std::string("digest_io") ? result.digest_io : result.digest_state;
-        if (is_virtual) {
-            summary[name] = digest;
-        } else {
-            summary[name] = nullptr;
-            summary[std::string(name) + "_why"] = "real time is not repeatable";
-        }
-    }
-    summary.update(report::run_figures(world, result.ticks));
-    const report::StiffnessRatio ratio = report::stiffness_ratio(world, result.ticks);
-    summary["stiffness_ratio"] = ratio.value ? nlohmann::json(*ratio.value) : nlohmann::json(nullptr);
-    if (!ratio.value) summary["stiffness_ratio_why"] = ratio.why;
-    summary["stiffness_ratio_ticks"] = {{"over", ratio.n_over}, {"beside", ratio.n_beside}};
-    std::optional<report::ForceError> error;
-    if (is_virtual && !result.interrupted) {
-        error = report::force_error(world, result.ticks, result.tables, loop_model(prepared),
-                                    options.check == "full", [&](double share) {
-                                        progress.show("checking forces against the plate, " +
-                                                      std::to_string(std::lround(100.0 * share)) + " %");
-                                    });
-    }
-    report::add_force_error(summary, error,
-                            !is_virtual ? "in real time the true place between two ticks is not known"
-                            : result.interrupted ? "the run was interrupted"
-                                                 : "there was no contact");
     if (!result.device_status.empty()) {
-        summary["device"] = nlohmann::json::parse(result.device_status, nullptr, false);
+        summary["device"] = Json::parse(result.device_status, nullptr, false);
         if (summary["device"].is_discarded()) summary["device"] = {{"no_answer", result.device_status}};
     }
+    summary.update(Json{{"title", world.scene.title},
+                        {"clock", world.scene.run.clock},
+                        {"object", object_json(world)},
+                        {"scene_hash", hex(world.scene.hash)},
+                        {"source_hash", hex(world.source_hash)},
+                        {"command", command_of(options)},
+                        {"palpate", PALPATE_VERSION},
+                        {"build", PALPATE_BUILD},
+                        {"started_utc", utc(result.start_unix_ns)},
+                        {"duration_wall_s",
+                         1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns)}});
     return summary;
 }
 
-/// Sets "verdict": what failed, or "pass". A real-time run is measured, not judged.
-int judge(const scene::World& world, const RunResult& result, nlohmann::json& summary) {
-    const bool judged = world.scene.run.clock == "virtual";
-    std::vector<std::string> failed =
+/// Sets "verdict": what failed, or "pass". A real-time run is measured, not judged. Returns the exit code.
+int judge(const scene::World& world, Json& summary) {
+    const bool judged = world.scene.run.clock == "virtual", interrupted = summary["interrupted"];
+    const bool broken = !summary["failure"].get<std::string>().empty();
+    const std::vector<std::string> failed =
         judged ? report::failed_expectations(world.scene, summary) : std::vector<std::string>{};
-    summary["verdict"] = !result.failure.empty() ? "fail"
-                         : result.interrupted    ? "interrupted"
-                         : !judged               ? "measured"
-                         : failed.empty()        ? "pass"
-                                                 : "fail";
+    summary["verdict"] = broken           ? "fail"
+                         : interrupted    ? "interrupted"
+                         : !judged        ? "measured"
+                         : failed.empty() ? "pass"
+                                          : "fail";
     summary["verdict_reasons"] = failed;
-    if (result.interrupted) return 130;
-    if (!result.failure.empty()) return 3;
+    if (interrupted) return 130;
+    if (broken) return 3;
     return failed.empty() ? 0 : 1;
 }
 
@@ -165,13 +194,13 @@ void write_results(const std::filesystem::path& directory, const RunOptions& opt
     record::write_ticks_csv(directory / "ticks.csv", result.ticks);
     record::write_ticks_json(directory / "ticks.json");
     record::write_events_csv(directory / "events.csv", result.ticks);
-    const std::string words = report::draw_pictures(directory, prepared.world->scene.title);
+    const std::string words = report::draw_pictures(directory, prepared.world->scene.title, result.ticks);
     if (!words.empty()) progress.done(words);
     const std::string more = draw_touch(directory / "touch.png", prepared, result);
     if (!more.empty()) progress.done(more);
 }
 
-void say(const nlohmann::json& summary, const std::filesystem::path& directory) {
+void say(const Json& summary, const std::filesystem::path& directory) {
     const auto percent = [&](const char* name) {
         if (!summary[name].is_number())
             return "not known (" + summary[std::string(name) + "_why"].get<std::string>() + ")";
@@ -197,14 +226,21 @@ void say(const nlohmann::json& summary, const std::filesystem::path& directory) 
         std::cerr << "depth/h up to " << summary["depth_over_thickness_max"] << ": "
                   << summary["depth_over_thickness_warning"].get<std::string>() << '\n';
     }
-    std::cerr << "results: " << directory.string()
-              << " (summary.json, force.png, curve.png, touch.png, run.palrec, ticks.csv)\n";
+    std::cerr << "results: " << directory.string() << ':';
+    for (const char* name : {"summary.json", "scene.toml", "run.palrec", "ticks.csv", "events.csv",
+                             "force.png", "curve.png", "touch.png", "log.txt"}) {
+        if (std::filesystem::exists(directory / name)) std::cerr << ' ' << name;
+    }
+    std::cerr << '\n';
 }
 
 int run(const RunOptions& options) {
     catch_interrupts();
     const scene::Scene scene = scene::load(options.scene, overrides_of(options));
     record::OutputDirectory out(output_directory(options));
+    const bool is_virtual = scene.run.clock == "virtual";
+    std::optional<Scratch> scratch;  // before the bake: what cannot be made is said at once
+    if (!is_virtual) scratch.emplace();
     Progress progress(options.quiet);
     Operator rig;
 #ifdef PALPATE_HAS_RIG
@@ -212,16 +248,16 @@ int run(const RunOptions& options) {
     if (server) rig = server->as_operator();
 #endif
     const Prepared prepared = prepare(scene::build(scene), progress);
-    const bool is_virtual = scene.run.clock == "virtual";
     const RunResult result = is_virtual ? run_virtual(prepared, rig, progress)
-                                        : run_real(prepared, rig, progress, out.path() / "log.txt");
-    nlohmann::json summary = summary_of(options, prepared, result, progress);
-    const int code = judge(*prepared.world, result, summary);
+                                        : run_real(prepared, rig, progress, *scratch, out.path() / "log.txt");
+    Json summary = summary_of(options, prepared, result, progress);
+    const int code = judge(*prepared.world, summary);
     write_results(out.path(), options, prepared, result, progress);
     record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
     out.commit();
     if (!options.quiet) say(summary, output_directory(options));
-    if (options.json) std::cout << summary.dump(2) << std::endl;
+    if (options.json && !(std::cout << summary.dump(2) << std::endl))
+        throw std::runtime_error("stdout cannot be written; summary.json has what --json would have printed");
     return code;
 }
 
@@ -247,10 +283,9 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     command
         ->add_option("--check", options->check, "ticks compared with the plate: sample (about 400) or full")
         ->check(CLI::IsMember({"sample", "full"}));
-#ifdef PALPATE_HAS_RIG
-    command->add_option("--rig", options->rig,
-                        "ADDR:PORT of a Modbus TCP server for a test rig, loopback only");
-#endif
+    command->add_option("--rig", options->rig, RIG_HELP)->check([](const std::string&) {
+        return std::string(HAS_RIG ? "" : "this palpate was built without the rig (PALPATE_RIG)");
+    });
     command->add_flag("--json", options->json, "print summary.json on stdout");
     command->add_flag("--quiet", options->quiet, "no progress, no words");
     command->footer("Example:\n  palpate run sim/scenes/bunny.toml --set hand.grip=light --out out/light");

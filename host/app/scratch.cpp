@@ -3,9 +3,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
-#include <stdexcept>
 #include <string>
+#include <system_error>
 
 #include "host/link/orphan.hpp"
 
@@ -13,6 +14,9 @@ namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t PATH_BYTES_MAX =
+    80;  // a socket in it has 107 (unix(7)), the longest name is falcon.control
 
 bool is_own_folder(const fs::path& path) {
     struct stat found {};
@@ -30,12 +34,19 @@ void remove_orphans(const fs::path& in) {
 }  // namespace
 
 Scratch::Scratch() {
-    const fs::path in = fs::temp_directory_path();
+    const char* said = std::getenv("TMPDIR");
+    const fs::path in = said != nullptr && *said != '\0' ? said : "/tmp";
     remove_orphans(in);
     std::string name = (in / (link::owner_prefix() + std::to_string(getpid()) + "-XXXXXX")).string();
+    if (name.size() > PATH_BYTES_MAX) {
+        throw ScratchError(in.string() + ": too long for the sockets of a run in real time by " +
+                           std::to_string(name.size() - PATH_BYTES_MAX) +
+                           " bytes; set TMPDIR to a shorter one");
+    }
     if (mkdtemp(name.data()) == nullptr) {
-        throw std::runtime_error(name +
-                                 ": cannot create a scratch folder; set TMPDIR to one that can be written");
+        throw ScratchError(in.string() + ": no scratch folder can be made here (" +
+                           std::generic_category().message(errno) +
+                           "); set TMPDIR to one that can be written");
     }
     path_ = name;
 }

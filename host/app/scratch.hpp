@@ -1,14 +1,20 @@
 /// A folder for the sockets and files of one run in real time.
 #pragma once
 #include <filesystem>
+#include <stdexcept>
 
 namespace palpate::app {
+
+/// There is no place for the folder; the words name TMPDIR.
+struct ScratchError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
 
 /// Made in the system's folder for temporary files, gone with the run. What runs that were killed left there
 /// is removed first.
 class Scratch {
 public:
-    /// Throws std::runtime_error.
+    /// Throws ScratchError.
     Scratch();
     ~Scratch();
     Scratch(const Scratch&) = delete;

@@ -121,14 +121,13 @@ report::LoopModel loop_model(const Prepared& prepared) {
                     pal_stand_table_force(&table, at.data(), force.data());
                     return Eigen::Vector3d(force.cast<double>());
                 },
-            .fresh_table = [&prepared](const Eigen::Vector3d& at_m) -> std::unique_ptr<pal_table> {
+            .fresh_table = [&prepared](const Eigen::Vector3d& at_m,
+                                       const contact::Foot& foot) -> std::unique_ptr<pal_table> {
                 const scene::World& world = *prepared.world;
-                const Eigen::Vector3d tool_m = world.on_object(at_m);
-                const auto foot = world.surface->foot(tool_m, world.tree->nearest(tool_m));
-                if (!foot) return nullptr;
                 table::BuildOptions options = prepared.options;
                 options.n_nodes = 7;  // the look-up reads four by four; the rest would only cost time
-                auto table = table::build(*world.surface, *prepared.field, options, tool_m, *foot, 0);
+                auto table =
+                    table::build(*world.surface, *prepared.field, options, world.on_object(at_m), foot, 0);
                 if (table) {
                     table->id = 1;
                     pal_table_seal(table.get());

@@ -5,26 +5,24 @@
 #include <vector>
 
 #include "host/record/record.hpp"
+#include "host/report/ticks.hpp"
 
 namespace palpate::report {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double DEPTH_MIN_M = 0.5e-3;    // shallower ticks say little about stiffness
 constexpr double SMALL_DEFLECTION = 0.5;  // of h: beyond it linear plate theory is only nominal
 
-Vector3d vec(const float (&v)[3]) {
-    return Eigen::Map<const Eigen::Vector3f>(v).cast<double>();
-}
-
-bool in_contact(const pal_tick& tick) {
-    return tick.depth_m > 0.0F && tick.k_n_per_m > 0.0F;
-}
-
-/// What the motors did where a simulated device tells, what was commanded otherwise.
-Vector3d force_of(const pal_tick& tick) {
-    return tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n);
+/// On a leg of the path that stays in contact and moves.
+bool on_stroke(const scene::Scene& scene, double t_s) {
+    const std::vector<scene::PathPoint>& path = scene.hand.path;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const scene::PathPoint &a = path[i - 1], &b = path[i];
+        if (t_s < a.t_s || t_s >= b.t_s) continue;
+        return a.depth_m > 0.0 && b.depth_m > 0.0 && a.at_m != b.at_m;
+    }
+    return false;
 }
 
 std::optional<double> median(std::vector<double>& values) {
@@ -42,16 +40,16 @@ struct Range {
         high = any ? std::max(high, value) : value;
         any = true;
     }
-    [[nodiscard]] nlohmann::json json() const {
-        return any ? nlohmann::json{{"min", low}, {"max", high}}
-                   : nlohmann::json{{"min", nullptr},
-                                    {"max", nullptr},
-                                    {"min_why", "no contact"},
-                                    {"max_why", "no contact"}};
+    [[nodiscard]] Json json() const {
+        return any ? Json{{"min", low}, {"max", high}}
+                   : Json{{"min", nullptr},
+                          {"max", nullptr},
+                          {"min_why", "no contact"},
+                          {"max_why", "no contact"}};
     }
 };
 
-bool holds(const scene::Expect& expect, const nlohmann::json& value) {
+bool holds(const scene::Expect& expect, const Json& value) {
     if (!expect.number) return value.is_string() && value.get<std::string>() == expect.word;
     if (!value.is_number()) return false;
     const double number = value.get<double>();
@@ -60,26 +58,21 @@ bool holds(const scene::Expect& expect, const nlohmann::json& value) {
     return number == *expect.number;
 }
 
-nlohmann::json figure_json(const Figure& figure) {
+Json figure_json(const Figure& figure) {
     return {{"rms_relative", figure.rms_relative}, {"max_relative", figure.max_relative}};
 }
 
 }  // namespace
 
-StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_tick> ticks) {
+StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_tick> ticks,
+                               std::span<const Touch> touches) {
     if (world.nodules.empty()) return {std::nullopt, "the scene has no nodule", 0, 0};
     const scene::Nodule& nodule = world.nodules.front();
-    const contact::Surface surface = world.another_surface();
     std::vector<double> over, beside;
-    for (const pal_tick& tick : ticks) {
-        if (!in_contact(tick)) continue;
-        const Vector3d tool = world.on_object(vec(tick.position_m));
-        const auto foot = surface.foot(tool, world.tree->nearest(tool));
-        if (!foot) continue;
-        const double depth_m = world.scene.touch.tool_radius_m - foot->distance_m;
-        if (!(depth_m > DEPTH_MIN_M)) continue;
-        const double away = (foot->point_m - nodule.at_m).norm() / nodule.radius_m;
-        const double stiffness = force_of(tick).norm() / depth_m;
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+        if (!touches[i].contact() || !on_stroke(world.scene, 1e-3 * ticks[i].path_tick)) continue;
+        const double away = (touches[i].foot->point_m - nodule.at_m).norm() / nodule.radius_m;
+        const double stiffness = force_of(ticks[i]).norm() / touches[i].depth_m;
         if (away <= 1.0) over.push_back(stiffness);
         if (away >= 1.5 && away <= 3.0) beside.push_back(stiffness);
     }
@@ -89,16 +82,17 @@ StiffnessRatio stiffness_ratio(const scene::World& world, std::span<const pal_ti
         ratio.value = *a / *b;
     } else {
         ratio.why =
-            !a ? "the tool never pressed over the nodule" : "the tool never pressed beside the nodule";
+            std::string("no stroke of the path touched the skin ") + (a ? "beside" : "over") + " the nodule";
     }
     return ratio;
 }
 
-nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> ticks) {
+Json run_figures(const scene::World& world, std::span<const pal_tick> ticks, std::span<const Touch> touches) {
     Range force, depth, k, age;
     std::size_t n_contact = 0, n_fading = 0, n_clamped = 0, n_stale = 0;
     std::uint32_t faults = 0, stop = 0;
-    for (const pal_tick& tick : ticks) {
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+        const pal_tick& tick = ticks[i];
         faults |= tick.faults;
         if (tick.stop != 0) stop = tick.stop;
         n_fading += static_cast<std::size_t>(tick.before_id != 0);
@@ -106,29 +100,28 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
             static_cast<std::size_t>((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0);
         n_stale +=
             static_cast<std::size_t>((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0);
-        if (!in_contact(tick)) continue;
+        if (!touches[i].contact()) continue;
         ++n_contact;
         force.add(force_of(tick).norm());
-        depth.add(static_cast<double>(tick.depth_m));
-        k.add(static_cast<double>(tick.k_n_per_m));
+        depth.add(touches[i].depth_m);
+        if (tick.k_n_per_m > 0.0F) k.add(static_cast<double>(tick.k_n_per_m));
         age.add(tick.table_age_ticks);
     }
     const double relative = depth.any ? depth.high / world.scene.skin.thickness_m : 0.0;
-    nlohmann::json figures = {
-        {"stop", record::stop_word(stop)},
-        {"faults", record::fault_words(faults)},
-        {"n_ticks", ticks.size()},
-        {"n_contact_ticks", n_contact},
-        {"n_fading_ticks", n_fading},
-        {"n_clamped_ticks", n_clamped},
-        {"n_stale_ticks", n_stale},
-        {"n_missed_ticks", ticks.empty() ? 0U : ticks.back().n_missed},
-        {"force_n", force.json()},
-        {"depth_m", depth.json()},
-        {"k_n_per_m", k.json()},
-        {"table_age_ticks", age.json()},
-        {"depth_over_thickness_max", relative},
-        {"fade_work_j", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().fade_work_j)}};
+    Json figures = {{"stop", record::stop_word(stop)},
+                    {"faults", record::fault_words(faults)},
+                    {"n_ticks", ticks.size()},
+                    {"n_contact_ticks", n_contact},
+                    {"n_fading_ticks", n_fading},
+                    {"n_clamped_ticks", n_clamped},
+                    {"n_stale_ticks", n_stale},
+                    {"n_missed_ticks", ticks.empty() ? 0U : ticks.back().n_missed},
+                    {"force_n", force.json()},
+                    {"depth_m", depth.json()},
+                    {"k_n_per_m", k.json()},
+                    {"table_age_ticks", age.json()},
+                    {"depth_over_thickness_max", relative},
+                    {"fade_work_j", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().fade_work_j)}};
     if (relative > SMALL_DEFLECTION) {
         figures["depth_over_thickness_warning"] =
             "deeper than half the thickness: the linear law is nominal there (docs/MATH.md, depth law)";
@@ -136,8 +129,7 @@ nlohmann::json run_figures(const scene::World& world, std::span<const pal_tick> 
     return figures;
 }
 
-void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& error,
-                     const std::string& why_not) {
+void add_force_error(Json& summary, const std::optional<ForceError>& error, const std::string& why_not) {
     const bool complete = error && error->n_without_reference == 0;
     if (!complete) {
         const std::string why = error ? std::to_string(error->n_without_reference) +
@@ -163,18 +155,19 @@ void add_force_error(nlohmann::json& summary, const std::optional<ForceError>& e
                                     {"fading", error->n_fading},
                                     {"clamped", error->n_clamped},
                                     {"ramped", error->n_ramped},
-                                    {"stale", error->n_stale}};
+                                    {"stale", error->n_stale},
+                                    {"without_table", error->n_without_table}};
     summary["force_reference_rms_n"] = error->reference_rms_n;
     summary["force_reference_max_n"] = error->reference_max_n;
 }
 
-std::vector<std::string> failed_expectations(const scene::Scene& scene, const nlohmann::json& summary) {
+std::vector<std::string> failed_expectations(const scene::Scene& scene, const Json& summary) {
     std::vector<std::string> failed;
     for (const scene::Expect& expect : scene.expect) {
         const bool known = summary.contains(expect.name);
         if (known && holds(expect, summary[expect.name])) continue;
         const std::string bound =
-            expect.op + " " + (expect.number ? nlohmann::json(*expect.number).dump() : expect.word);
+            expect.op + " " + (expect.number ? Json(*expect.number).dump() : expect.word);
         failed.push_back(expect.name + " " + bound + " does not hold: it is " +
                          (known ? summary[expect.name].dump() : std::string("not in summary.json")));
     }

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <thread>
+#include <future>
 
 #include "host/report/reference.hpp"
+#include "host/report/ticks.hpp"
 
 namespace palpate::report {
 namespace {
@@ -13,14 +14,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t SAMPLE = 400;
-
-Vector3d vec(const float (&v)[3]) {
-    return Eigen::Map<const Eigen::Vector3f>(v).cast<double>();
-}
-
-bool in_contact(const pal_tick& tick) {
-    return tick.truth_valid != 0 && tick.depth_m > 0.0F;
-}
 
 /// The four parts of one tick's error, and the reference.
 struct Checked {
@@ -59,10 +52,11 @@ Vector3d commanded(const pal_tick& tick, const TableSet& tables, const LoopModel
 }
 
 /// `sensed_m`: where the tool truly was when this tick's encoders were read.
-Checked check(const pal_tick& tick, const Vector3d& sensed_m, const Vector3d& reference_n,
-              const TableSet& tables, const LoopModel& loop, double force_max_n) {
+Checked check(const pal_tick& tick, const contact::Foot& foot, const Vector3d& sensed_m,
+              const Vector3d& reference_n, const TableSet& tables, const LoopModel& loop,
+              double force_max_n) {
     const Vector3d acts_m = vec(tick.truth_position_m);
-    const auto fresh = loop.fresh_table(acts_m);
+    const auto fresh = loop.fresh_table(acts_m, foot);
     if (!fresh) return {};
     const Vector3d made = vec(tick.truth_force_n), ideal = loop.table_force_n(*fresh, acts_m);
     const Vector3d at_sensed = commanded(tick, tables, loop, force_max_n, sensed_m);
@@ -94,6 +88,7 @@ private:
 /// References for the chosen ticks, on two threads, each with caches of its own.
 std::vector<std::optional<ReferenceForce>> references(const scene::World& world,
                                                       std::span<const pal_tick> ticks,
+                                                      std::span<const Touch> touches,
                                                       const std::vector<std::size_t>& chosen,
                                                       const std::function<void(double)>& progress) {
     std::vector<std::optional<ReferenceForce>> found(chosen.size());
@@ -102,13 +97,18 @@ std::vector<std::optional<ReferenceForce>> references(const scene::World& world,
         const Reference reference(world);
         for (std::size_t i = next++; i < chosen.size(); i = next++) {
             const Vector3d at = world.on_object(vec(ticks[chosen[i]].truth_position_m));
-            found[i] = reference.at(at, world.tree->nearest(at));
+            found[i] = reference.at(at, touches[chosen[i]].foot->nearest);
             if (tells) progress(static_cast<double>(i) / static_cast<double>(chosen.size()));
         }
     };
-    std::thread other(work, false);
-    work(true);
-    other.join();
+    auto other = std::async(std::launch::async, work, false);
+    try {
+        work(true);
+    } catch (...) {  // `progress` wants no more: the other thread, waited for on the way out, ends too
+        next = chosen.size();
+        throw;
+    }
+    other.get();
     return found;
 }
 
@@ -116,16 +116,16 @@ void count(const pal_tick& tick, ForceError& error) {
     if (tick.before_id != 0) ++error.n_fading;
     if ((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0) ++error.n_clamped;
     if (tick.state == PAL_STATE_RAMP) ++error.n_ramped;
-    if ((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED | PAL_FAULT_TABLE_LEFT)) != 0)
-        ++error.n_stale;
+    if ((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0) ++error.n_stale;
+    if ((tick.faults & (PAL_FAULT_TABLE_MISSING | PAL_FAULT_TABLE_LEFT)) != 0) ++error.n_without_table;
 }
 
 }  // namespace
 
-std::vector<std::size_t> ticks_to_check(std::span<const pal_tick> ticks, bool full) {
+std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, bool full) {
     std::vector<std::size_t> contact, chosen;
-    for (std::size_t i = 1; i < ticks.size(); ++i) {
-        if (in_contact(ticks[i])) contact.push_back(i);
+    for (std::size_t i = 1; i < touches.size(); ++i) {
+        if (touches[i].contact()) contact.push_back(i);
     }
     const std::size_t step = full ? 1 : std::max<std::size_t>(1, contact.size() / SAMPLE);
     for (std::size_t i = 0; i < contact.size(); i += step) chosen.push_back(contact[i]);
@@ -133,21 +133,22 @@ std::vector<std::size_t> ticks_to_check(std::span<const pal_tick> ticks, bool fu
 }
 
 std::optional<ForceError> force_error(const scene::World& world, std::span<const pal_tick> ticks,
+                                      std::span<const Touch> touches,
                                       const std::map<std::uint64_t, record::TableBytes>& tables,
                                       const LoopModel& loop, bool full,
                                       const std::function<void(double)>& progress) {
     ForceError error;
-    for (std::size_t i = 1; i < ticks.size(); ++i)
-        error.n_contact += static_cast<std::size_t>(in_contact(ticks[i]));
-    const std::vector<std::size_t> chosen = ticks_to_check(ticks, full);
-    const auto reference = references(world, ticks, chosen, progress);
+    error.n_contact = ticks_to_check(touches, true).size();
+    const std::vector<std::size_t> chosen = ticks_to_check(touches, full);
+    const auto reference = references(world, ticks, touches, chosen, progress);
     const TableSet set(tables);
     Accumulator whole, total, table, staleness, delay, quantisation;
     for (std::size_t i = 0; i < chosen.size(); ++i) {
         const pal_tick& tick = ticks[chosen[i]];
         const Vector3d sensed_m = vec(ticks[chosen[i] - 1].truth_position_m);
         const double force_scale = world.scene.placement.force_scale;
-        const Checked c = reference[i] ? check(tick, sensed_m, force_scale * reference[i]->force_n, set, loop,
+        const Checked c = reference[i] ? check(tick, *touches[chosen[i]].foot, sensed_m,
+                                               force_scale * reference[i]->force_n, set, loop,
                                                world.scene.touch.force_max_n)
                                        : Checked{};
         if (!c.good) {

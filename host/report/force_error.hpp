@@ -12,6 +12,7 @@
 #include "common/table.h"
 #include "common/tick.h"
 #include "host/record/record.hpp"
+#include "host/report/touches.hpp"
 #include "host/scene/world.hpp"
 
 namespace palpate::report {
@@ -20,9 +21,9 @@ namespace palpate::report {
 struct LoopModel {
     /// Force of a table at a tool centre, N, workspace frame, without rounding.
     std::function<Eigen::Vector3d(const pal_table&, const Eigen::Vector3d&)> table_force_n;
-    /// A table made for this very place, without delay; nullptr where none can be built. Called from one
-    /// thread.
-    std::function<std::unique_ptr<pal_table>(const Eigen::Vector3d&)> fresh_table;
+    /// A table made for this very place and its foot, without delay; nullptr where none can be built. Called
+    /// from one thread.
+    std::function<std::unique_ptr<pal_table>(const Eigen::Vector3d&, const contact::Foot&)> fresh_table;
 };
 
 /// An error vector's size over the ticks that were checked, relative to the reference force.
@@ -36,6 +37,7 @@ struct ForceError {
     std::size_t n_checked = 0;            ///< of them compared with the reference
     std::size_t n_without_reference = 0;  ///< chosen, but no plate exists there
     std::size_t n_fading = 0, n_clamped = 0, n_ramped = 0, n_stale = 0;  ///< among the checked
+    std::size_t n_without_table = 0;                                     ///< likewise: table missing or left
     double reference_rms_n = 0.0, reference_max_n = 0.0;
     Figure total;      ///< motor words through the true Jacobian, against the reference
     Figure table;      ///< a fresh table at the true place, against the reference
@@ -46,12 +48,14 @@ struct ForceError {
 };
 
 /// Ticks to check: every n-th contact tick, n = contact ticks/400 rounded down (1 at least), or every one.
-[[nodiscard]] std::vector<std::size_t> ticks_to_check(std::span<const pal_tick> ticks, bool full);
+[[nodiscard]] std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, bool full);
 
-/// nullopt without a single tick that can be checked. Two threads; the answer does not depend on their
-/// schedule.
+/// `touches`: those of `ticks`, which carry the truth of a simulated device. nullopt without a single tick
+/// that can be checked. Two threads; the answer does not depend on their schedule. What `progress` (0 to 1)
+/// throws ends it.
 [[nodiscard]] std::optional<ForceError> force_error(const scene::World& world,
                                                     std::span<const pal_tick> ticks,
+                                                    std::span<const Touch> touches,
                                                     const std::map<std::uint64_t, record::TableBytes>& tables,
                                                     const LoopModel& loop, bool full,
                                                     const std::function<void(double)>& progress);

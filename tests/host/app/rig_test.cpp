@@ -10,6 +10,7 @@
 #include "tests/host/app/processes.hpp"
 #include "tests/host/app/sheet.hpp"
 #include "tests/host/rig/client.hpp"
+#include "tests/lacking.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -19,12 +20,6 @@ namespace {
 
 constexpr std::uint32_t WITHIN_TICKS = 3;
 constexpr std::uint32_t STOP_AT_PATH_TICK = 900;  // in mid-stroke
-
-bool mbpoll_is_missing() {
-    static const bool missing = std::system("command -v mbpoll >/dev/null 2>&1") != 0;
-    if (missing) WARN("skipped: mbpoll is not installed (Debian package mbpoll)");
-    return missing;
-}
 
 Outcome mbpoll(const std::string& port, const std::vector<std::string>& what, const Folder& folder) {
     std::vector<std::string> arguments{"-m", "tcp", "-0", "-1", "-o", "10", "-p", port};

@@ -4,6 +4,7 @@
 
 #include "host/cloud/neighbours.hpp"
 #include "tests/host/cloud/samples.hpp"
+#include "tests/lacking.hpp"
 
 namespace palpate::cloud {
 namespace {
@@ -118,7 +119,7 @@ TEST_CASE(
 }
 
 TEST_CASE("on the bunny's ear a 16 mm region stays on the face that was touched") {
-    const auto file = test::installed_bunny();
+    const auto file = palpate::test::installed_bunny();
     if (!file) return;
     Cloud cloud = read(*file);
     test::scale_to_15_cm(cloud);

@@ -6,6 +6,7 @@
 #include "host/cloud/neighbours.hpp"
 #include "tests/host/cloud/hull.hpp"
 #include "tests/host/cloud/samples.hpp"
+#include "tests/lacking.hpp"
 
 namespace palpate::cloud {
 namespace {
@@ -94,7 +95,7 @@ TEST_CASE("both walls of a thin closed box are oriented outwards without faces")
 }
 
 TEST_CASE("on the bunny the orientation without faces agrees with the faces") {
-    const auto file = test::installed_bunny();
+    const auto file = palpate::test::installed_bunny();
     if (!file) return;
     Cloud cloud = read(*file);
     const Tree tree(cloud.points_m);

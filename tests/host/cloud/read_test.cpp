@@ -4,6 +4,7 @@
 
 #include "host/cloud/formats.hpp"
 #include "tests/host/cloud/samples.hpp"
+#include "tests/lacking.hpp"
 
 namespace palpate::cloud {
 namespace {
@@ -58,7 +59,7 @@ TEST_CASE("a file that cannot be read is refused with its name and what would be
 }
 
 TEST_CASE("the installed bunny has 34835 points, none repeated, and 69666 faces") {
-    const auto file = test::installed_bunny();
+    const auto file = palpate::test::installed_bunny();
     if (!file) return;
     const Cloud cloud = read(*file);
     std::cout << "bunny: " << cloud.points_m.size() << " points, " << cloud.n_duplicates << " repeats\n";

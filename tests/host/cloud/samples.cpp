@@ -82,13 +82,6 @@ std::string error_of(const std::function<void()>& call) {
     return {};
 }
 
-std::optional<std::filesystem::path> installed_bunny() {
-    const std::filesystem::path file = "/usr/share/glmark2/models/bunny.obj";
-    if (std::filesystem::exists(file)) return file;
-    std::cout << "skipped: " << file << " is missing (package glmark2-data)\n";
-    return std::nullopt;
-}
-
 std::optional<std::filesystem::path> shared_file(const std::string& name) {
     const std::filesystem::path file = std::filesystem::path(PALPATE_SHARED_DATA) / name;
     if (std::filesystem::exists(file)) return file;

@@ -26,9 +26,6 @@ private:
 /// The message of the Error that `call` throws; empty when it throws none.
 [[nodiscard]] std::string error_of(const std::function<void()>& call);
 
-/// The bunny of the package glmark2-data; nullopt, and a line that says so, when it is not installed.
-[[nodiscard]] std::optional<std::filesystem::path> installed_bunny();
-
 /// A file of the shared test data; nullopt, and a line that says so, when it is not there.
 [[nodiscard]] std::optional<std::filesystem::path> shared_file(const std::string& name);
 

@@ -10,6 +10,7 @@
 #include "host/contact/proxy.hpp"
 #include "host/contact/surface.hpp"
 #include "tests/host/contact/clouds.hpp"
+#include "tests/lacking.hpp"
 
 using palpate::contact::Foot;
 
@@ -24,12 +25,9 @@ const Eigen::Vector3d from(-0.0443, 0.0618, -0.0521);
 const Eigen::Vector3d to(-0.0490, 0.0548, -0.0274);
 
 std::unique_ptr<Scan> bunny() {
-    const std::filesystem::path file = "/usr/share/glmark2/models/bunny.obj";
-    if (!std::filesystem::exists(file)) {
-        WARN("skipped: " << file << " is missing (package glmark2-data)");
-        return nullptr;
-    }
-    palpate::cloud::Cloud c = palpate::cloud::read(file);
+    const auto file = palpate::test::installed_bunny();
+    if (!file) return nullptr;
+    palpate::cloud::Cloud c = palpate::cloud::read(*file);
     Eigen::Vector3d low = c.points_m.front();
     Eigen::Vector3d high = low;
     for (const Eigen::Vector3d& p : c.points_m) {

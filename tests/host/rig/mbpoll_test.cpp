@@ -7,10 +7,12 @@
 #include <string>
 
 #include "tests/host/rig/client.hpp"
+#include "tests/lacking.hpp"
 
 using namespace palpate::rig;
 using namespace palpate::rig::test;
 using Catch::Matchers::Contains;
+using palpate::test::mbpoll_is_missing;
 
 namespace {
 
@@ -36,12 +38,6 @@ private:
     };
     std::unique_ptr<std::FILE, Close> pipe_;
 };
-
-bool mbpoll_is_missing() {
-    static const bool missing = std::system("command -v mbpoll >/dev/null 2>&1") != 0;
-    if (missing) WARN("skipped: mbpoll is not installed (Debian package mbpoll)");
-    return missing;
-}
 
 /// The value that mbpoll printed for reference `address`: "[6]: \t3.25".
 double value_at(const std::string& output, int address) {

@@ -3,6 +3,7 @@
 for tool in xvfb-run xauth xdotool; do
     if ! command -v "$tool" >/dev/null; then
         echo "skipped: no $tool (packages xvfb, xauth, xdotool)"
+        [ -z "${PALPATE_NEED_ALL:-}" ] || exit 1
         exit 77
     fi
 done
