@@ -1,9 +1,9 @@
 #!/bin/sh
-# digest_matrix.sh SOURCE FOLDER COMPILER-LEVEL...: builds palpate-digest in FOLDER/COMPILER-LEVEL for each of gcc-O0
-# gcc-O3 clang-O0 clang-O3, and compares the digests of one run: the same for all, or exit 1.
+# digest_matrix.sh SOURCE FOLDER BUILD...: compares the digests of one run: the same for all, or exit 1. A BUILD is
+# gcc-O0, gcc-O3, clang-O0 or clang-O3, made in FOLDER, or a folder that is built already.
 set -eu
-if [ $# -lt 3 ]; then
-    echo "digest_matrix.sh SOURCE FOLDER gcc-O3 clang-O0 [gcc-O0 clang-O3]" >&2
+if [ $# -lt 4 ]; then
+    echo "digest_matrix.sh SOURCE FOLDER gcc-O3 clang-O0 [gcc-O0 clang-O3 build/release]" >&2
     exit 2
 fi
 source=$1 folder=$2
@@ -12,19 +12,20 @@ mkdir -p "$folder"
 first=
 failed=0
 for build in "$@"; do
-    compiler=${build%-*} level=-${build#*-}
-    case $compiler in
-        gcc) cc=gcc cxx=g++ ;;
-        clang) cc=clang cxx=clang++ ;;
-        *) echo "digest_matrix.sh: $build: gcc or clang, then -O0 or -O3" >&2; exit 2 ;;
-    esac
-    command -v "$cxx" >/dev/null || { echo "digest_matrix.sh: $cxx is not installed" >&2; exit 2; }
     to=$folder/$build
-    cmake -S "$source" -B "$to" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_C_COMPILER="$cc" \
+    case $build in
+        gcc-O0 | gcc-O3) cc=gcc cxx=g++ ;;
+        clang-O0 | clang-O3) cc=clang cxx=clang++ ;;
+        *) cc='' to=$build ;;
+    esac
+    level=-${build#*-}
+    log=$folder/$(basename "$build").log
+    [ -n "$cc" ] || [ -f "$to/build.ninja" ] || { echo "digest_matrix.sh: $build: no such build" >&2; exit 2; }
+    [ -z "$cc" ] || cmake -S "$source" -B "$to" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_C_COMPILER="$cc" \
         -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_C_FLAGS="$level" -DCMAKE_CXX_FLAGS="$level" \
-        -DPALPATE_VIEW=OFF -DPALPATE_RIG=OFF -DPALPATE_REFERENCE=OFF >"$to.log" 2>&1 ||
-        { cat "$to.log" >&2; exit 1; }
-    ninja -C "$to" palpate-digest >"$to.log" 2>&1 || { cat "$to.log" >&2; exit 1; }
+        -DPALPATE_VIEW=OFF -DPALPATE_RIG=OFF -DPALPATE_REFERENCE=OFF >"$log" 2>&1 ||
+        { cat "$log" >&2; exit 1; }
+    ninja -C "$to" palpate-digest >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
     mkdir -p "$to/run"
     digest=$("$to/bin/palpate-digest" "$to/run")
     echo "$build $digest"
