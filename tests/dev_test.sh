@@ -44,6 +44,15 @@ fi
 for command in build demo test lint asan tsan bench soak clean; do
   expect "help names $command" 0 "^\./dev $command " ./dev help
 done
+# The README names commands that exist and scenes that are there.
+named=$(grep -oE '\./dev [a-z]+' README.md | sort -u)
+[ -n "$named" ] || { echo "dev: README.md names no ./dev command" >&2; failed=1; }
+while read -r _ command; do
+  [ "$command" = help ] || expect "README's $command" 0 "^\./dev $command " ./dev help
+done <<< "$named"
+while read -r file; do
+  [ -e "$file" ] || { echo "dev: README.md names $file, which is not there" >&2; failed=1; }
+done < <(grep -oE '\b(sim|docs|tests|host)/[a-zA-Z_./]+\.(toml|md|cpp|png)' README.md | sort -u)
 expect "an unknown command" 2 'unknown command sing' ./dev sing
 expect "an unknown option" 2 'unknown option --loud' ./dev build --loud
 exit "$failed"

@@ -17,6 +17,15 @@ std::string Source::place(const std::string& name, std::uint32_t line) const {
     return file + ":" + std::to_string(std::max(line, 1U));
 }
 
+std::string nearest_place(const std::map<std::string, std::string>& places, std::string name) {
+    while (!name.empty()) {
+        if (const auto found = places.find(name); found != places.end()) return found->second;
+        const std::size_t cut = name.find_last_of(".[");
+        name.resize(cut == std::string::npos ? 0 : cut);
+    }
+    return name;
+}
+
 void refuse(const std::string& place, std::string words) {
     words = place + ": " + words;
     std::replace_if(
@@ -33,8 +42,8 @@ void Source::fail(const std::string& name, const toml::node& node, const std::st
 }
 
 void Source::fail(const std::string& name, const std::string& words) const {
-    const auto found = places.find(name);
-    refuse(found == places.end() ? place(name, 1) : found->second, words);
+    const std::string nearest = nearest_place(places, name);
+    refuse(nearest.empty() ? place(name, 0) : nearest, words);
 }
 
 std::string kind(const toml::node& node) {

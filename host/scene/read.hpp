@@ -10,8 +10,9 @@
 
 namespace palpate::scene {
 
-/// Throws Error `place: words` as one line, whatever is in the words.
-[[noreturn]] void refuse(const std::string& place, std::string words);
+/// Of `name`, or of the nearest that it is in: "change[1].at_m", "change[1]", "change"; empty when there is
+/// none.
+[[nodiscard]] std::string nearest_place(const std::map<std::string, std::string>& places, std::string name);
 
 /// Where values come from: a file's lines, or a --set.
 struct Source {
@@ -22,7 +23,7 @@ struct Source {
     [[nodiscard]] std::string place(const std::string& name, std::uint32_t line) const;
     [[noreturn]] void fail(const std::string& name, std::uint32_t line, const std::string& words) const;
     [[noreturn]] void fail(const std::string& name, const toml::node& node, const std::string& words) const;
-    /// For a name that was read.
+    /// For a name that was read, or one in a table or section that was.
     [[noreturn]] void fail(const std::string& name, const std::string& words) const;
 };
 

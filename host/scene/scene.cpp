@@ -61,6 +61,8 @@ void read_sections(Source& source, const toml::table& tree, Scene& scene) {
     for (const std::string& name : sections()) {
         if (const toml::table* section = section_of(source, tree, name)) {
             refuse_unknown(source, *section, name + ".", name + ".", names_in(name));
+            const std::uint32_t line = section->source().begin.line;  // 0: a --set made it
+            if (line != 0) source.places[name] = source.place(name, line);
         }
     }
     const auto find = [&](const Key<Scene>& key) {
@@ -196,13 +198,13 @@ void check_whole(const Source& source, const Scene& scene) {
 std::string read_all(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::is_directory(file, error)) {
-        throw Error(file.string() + ": is a directory; a scene file is expected, such as bunny.toml");
+        refuse(file.string(), "is a directory; a scene file is expected, such as bunny.toml");
     }
     errno = 0;
     std::ifstream in(file, std::ios::binary);
     if (!in) {
-        throw Error(file.string() + ": cannot be read (" + std::generic_category().message(errno) +
-                    "); a scene file is expected, such as bunny.toml");
+        refuse(file.string(), "cannot be read (" + std::generic_category().message(errno) +
+                                  "); a scene file is expected, such as bunny.toml");
     }
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -221,8 +223,6 @@ Scene parse(std::string_view toml, const std::filesystem::path& file,
     refuse_unknown(source, tree, "", "", names_in(""));
     Scene scene;
     scene.file = file;
-    source.places["object"] =
-        source.place("object", tree["object"].is_table() ? tree["object"].node()->source().begin.line : 1);
     read_sections(source, tree, scene);
     read_changes(source, tree, scene);
     read_expect(source, tree, scene);
@@ -234,14 +234,17 @@ Scene parse(std::string_view toml, const std::filesystem::path& file,
 }
 
 std::string where(const Scene& scene, const std::string& name) {
-    std::string at = name;
-    while (!at.empty()) {
-        const auto found = scene.places.find(at);
-        if (found != scene.places.end()) return found->second;
-        const std::size_t cut = at.find_last_of(".[");
-        at.resize(cut == std::string::npos ? 0 : cut);
+    return where_among(scene, std::array{name});
+}
+
+std::string where_among(const Scene& scene, std::span<const std::string> names) {
+    std::string first;
+    for (const std::string& name : names) {
+        std::string place = nearest_place(scene.places, name);
+        if (place.starts_with("--set ")) return place;
+        if (first.empty()) first = place;
     }
-    return scene.file.string();
+    return first.empty() ? scene.file.string() + ":1" : first;
 }
 
 std::filesystem::path points_file(const Scene& scene) {
@@ -254,9 +257,9 @@ std::filesystem::path points_file(const Scene& scene) {
     const std::string places =
         points.is_absolute() ? "not found" : std::string("not found here or in ") + MODELS_DIRECTORY;
     const std::string& package = scene.object.package;
-    throw Error(where(scene, "object.points") + ": " + points.string() + ": " + places +
-                (package.empty() ? "; another file is expected in object.points"
-                                 : "; install the package " + package));
+    refuse(where(scene, "object.points"), points.string() + ": " + places +
+                                              (package.empty() ? "; another file is expected in object.points"
+                                                               : "; install the package " + package));
 }
 
 double duration_s(const Scene& scene) {

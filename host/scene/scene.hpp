@@ -21,6 +21,9 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// Throws Error `place: words` as one line, whatever is in the words.
+[[noreturn]] void refuse(const std::string& place, std::string words);
+
 struct Object {
     std::filesystem::path points;  ///< as written in the file; see points_file()
     std::string length_unit;       ///< m cm mm um inch; empty only when size_m is given
@@ -141,8 +144,13 @@ struct Scene {
                           std::span<const std::string> overrides = {});
 
 /// Where a value was given, to begin an error with: "bunny.toml:41" or "--set hand.path". `name` as in
-/// "skin.young_pa", "hand.path[3]", "change[1].at_m"; the file alone when it was not given.
+/// "skin.young_pa", "hand.path[3]", "change[1].at_m". When it was not given: the place of what it is in, such
+/// as its section's line; line 1 when there is none either.
 [[nodiscard]] std::string where(const Scene& scene, const std::string& name);
+
+/// The same when several values are at fault together: the first that a --set gave, as the last thing that
+/// was changed; else the first that has a place.
+[[nodiscard]] std::string where_among(const Scene& scene, std::span<const std::string> names);
 
 /// Every key, every default, every override: reads back to the same scene and runs by itself (object.points
 /// absolute or relative to `directory`).

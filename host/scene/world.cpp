@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "common/frame.h"
 #include "host/cloud/text.hpp"
@@ -20,19 +21,22 @@ using Eigen::Vector3d;
 
 constexpr double SUPPORT_IN_SPACINGS = 4.0;  // of the smooth skin's weights
 constexpr double PATH_STEP_S = 0.01;
+constexpr double REACH_SLACK_M = 1e-9;   // feet on the skin are good to 1e-10 m
+constexpr double EXCESS_SHOWN_M = 1e-4;  // the last digit of an excess in an error
+constexpr double SIDE_SLACK = 1e-6;      // of a length: scans are often in single precision
 
 Vector3d vec(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
 
-Error wrong(const Scene& scene, const std::string& what) {
-    return Error(scene.file.string() + ": " + what);
+std::string printed(const char* format, double number) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), format, number);
+    return text.data();
 }
 
 std::string mm(double m) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * m);
-    return text.data();
+    return printed(std::abs(m) < EXCESS_SHOWN_M ? "%.1g mm" : "%.1f mm", 1e3 * m);
 }
 
 double metres_per_unit(const std::string& unit) {
@@ -54,22 +58,31 @@ void turn_axes(const Object& object, cloud::Cloud& cloud) {
 void check_axes(const Scene& scene, const std::filesystem::path& file) {
     const SpaceComment said = space_comment(file);
     if (said.space.empty() || scene.object.axes == "file" || said.space == scene.object.axes) return;
-    throw Error(file.string() + ":" + std::to_string(said.line) +
-                ": the file says SPACE=" + cloud::printable(said.space) + ", the scene object.axes = \"" +
-                scene.object.axes + "\"; set object.axes to what the file says, or correct the file");
+    refuse(file.string() + ":" + std::to_string(said.line),
+           "the file says SPACE=" + cloud::printable(said.space) + ", the scene object.axes = \"" +
+               scene.object.axes + "\"; set object.axes to what the file says, or correct the file");
+}
+
+struct Box {
+    Vector3d low, high;
+    [[nodiscard]] double longest_side_m() const { return (high - low).maxCoeff(); }
+};
+
+Box box_of(const cloud::Cloud& cloud) {
+    Box box{cloud.points_m.front(), cloud.points_m.front()};
+    for (const Vector3d& p : cloud.points_m) {
+        box.low = box.low.cwiseMin(p);
+        box.high = box.high.cwiseMax(p);
+    }
+    return box;
 }
 
 /// Object metres: centred on its box where size_m scales it, as the file has it otherwise.
 void scale(const Object& object, cloud::Cloud& cloud) {
-    Vector3d low = cloud.points_m.front(), high = low;
-    for (const Vector3d& p : cloud.points_m) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
-    const double longest = (high - low).maxCoeff();
+    const Box box = box_of(cloud);
     const bool sized = object.size_m > 0.0;
-    const double factor = sized ? object.size_m / longest : metres_per_unit(object.length_unit);
-    const Vector3d middle = sized ? Vector3d(0.5 * (low + high)) : Vector3d::Zero();
+    const double factor = sized ? object.size_m / box.longest_side_m() : metres_per_unit(object.length_unit);
+    const Vector3d middle = sized ? Vector3d(0.5 * (box.low + box.high)) : Vector3d::Zero();
     for (Vector3d& p : cloud.points_m) p = (p - middle) * factor;
 }
 
@@ -83,9 +96,10 @@ double smooth_step(double inside_m, double edge_m) {
 /// Nearest place of the skin, in object metres before placement.
 contact::Foot on_the_skin(const World& world, const Vector3d& at_m, const std::string& key) {
     const auto foot = world.surface->foot(at_m, world.tree->nearest(at_m));
-    if (!foot)
-        throw wrong(world.scene,
-                    key + ": there is no smooth skin near this place; choose a point on the scan");
+    if (!foot) {
+        refuse(where(world.scene, key),
+               key + ": there is no smooth skin near this place; choose a point on the scan");
+    }
     return *foot;
 }
 
@@ -153,51 +167,106 @@ void index(World& world) {
         std::make_unique<contact::Surface>(world.cloud, *world.graph, SUPPORT_IN_SPACINGS * world.spacing_m);
 }
 
-void check_reach(const World& world, std::size_t number, const PathPoint& point, const Vector3d& tool_m) {
+/// A stretch of the hand's path, as errors name it: one point, or what is between it and the next.
+struct Stretch {
+    std::size_t point;
+    bool to_next;
+};
+
+[[noreturn]] void refuse_path(const Scene& scene, const Stretch& at, double t_s, const std::string& what) {
+    std::vector<std::string> keys;
+    for (std::size_t i = at.point; i <= at.point + (at.to_next ? 1 : 0); ++i) {
+        const std::string point = "hand.path[" + std::to_string(i) + "]";
+        keys.insert(keys.end(), {point + ".at_m", point + ".depth_m"});
+    }
+    refuse(where_among(scene, keys), "hand.path[" + std::to_string(at.point) + "]" +
+                                         (at.to_next ? " to [" + std::to_string(at.point + 1) + "]" : "") +
+                                         " at t_s = " + printed("%g", t_s) + " " + what);
+}
+
+/// How far a place of the hand is outside the workspace, along the axis where that is most.
+struct Excess {
+    double over_m;  ///< not above 0: inside
+    int axis;
+    double limit_m;
+};
+
+Excess excess_of(const Vector3d& tool_m) {
     const Vector3d low(-PAL_WORKSPACE_HALF_X_M, -PAL_WORKSPACE_HALF_Y_M, PAL_WORKSPACE_MIN_Z_M);
     const Vector3d high(PAL_WORKSPACE_HALF_X_M, PAL_WORKSPACE_HALF_Y_M, PAL_WORKSPACE_MAX_Z_M);
+    Excess worst{-std::numeric_limits<double>::infinity(), 0, 0.0};
     for (int axis = 0; axis < 3; ++axis) {
-        const double over = std::max(tool_m[axis] - high[axis], low[axis] - tool_m[axis]);
-        if (!(over > 0.0)) continue;
-        const bool above = tool_m[axis] > high[axis];
-        throw wrong(world.scene, "hand.path[" + std::to_string(number) +
-                                     "] at t_s = " + std::to_string(point.t_s) + " is " + mm(over) +
-                                     " beyond the workspace along " + (above ? "+" : "-") + "xyz"[axis] +
-                                     " (limit " + mm(above ? high[axis] : low[axis]) +
-                                     "); move the object with [placement] or shorten the path");
+        const double above = tool_m[axis] - high[axis], below = low[axis] - tool_m[axis];
+        const double over = std::max(above, below);
+        if (over > worst.over_m) worst = {over, axis, above > below ? high[axis] : low[axis]};
     }
+    return worst;
 }
 
-Target target_at(const World& world, double t_s, const Vector3d& object_m, double depth_m,
-                 cloud::Index seed) {
-    const auto foot = world.surface->foot(world.pose(object_m), seed);
+/// From target `first` at point `leg` to `last` at the next: refuses at the worst target, so that mending
+/// what the error says mends the whole leg. A point, the first one before the second, goes before what
+/// differs from it by less than the error shows.
+void check_reach(const World& world, std::size_t leg, std::size_t first, std::size_t last) {
+    const auto over_m = [&](std::size_t i) { return excess_of(world.path[i].tool_m).over_m; };
+    std::size_t inside = first;  // the worst of those between
+    for (std::size_t i = first + 1; i < last; ++i) {
+        if (inside == first || over_m(i) > over_m(inside)) inside = i;
+    }
+    std::size_t worst = first;
+    for (const std::size_t i : {last, inside}) {
+        const double shown_m = over_m(worst) > REACH_SLACK_M ? EXCESS_SHOWN_M : 0.0;
+        if (over_m(i) > over_m(worst) + shown_m) worst = i;
+    }
+    const Excess most = excess_of(world.path[worst].tool_m);
+    if (!(most.over_m > REACH_SLACK_M)) return;
+    const bool at_next = worst == last && last != first;
+    refuse_path(world.scene, {.point = leg + (at_next ? 1 : 0), .to_next = worst != first && worst != last},
+                world.path[worst].t_s,
+                "is " + mm(most.over_m) + " beyond the workspace along " + (most.limit_m > 0.0 ? "+" : "-") +
+                    "xyz"[most.axis] + " (limit " + mm(most.limit_m) +
+                    "); move the object with [placement] or shorten the path");
+}
+
+Target target_at(const World& world, const PathPoint& at, const Stretch& stretch, cloud::Index seed) {
+    const auto foot = world.surface->foot(world.pose(vec(at.at_m)), seed);
     if (!foot) {
-        throw wrong(world.scene,
-                    "hand.path: at t_s = " + std::to_string(t_s) +
-                        " there is no smooth skin near the path; choose points on one face of the scan");
+        refuse_path(world.scene, stretch, at.t_s,
+                    "has no smooth skin near it; choose points on one face of the scan");
     }
-    const double above_m = world.scene.touch.tool_radius_m - depth_m;
+    const double above_m = world.scene.touch.tool_radius_m - at.depth_m;
     const Vector3d tool_m = foot->point_m + above_m * foot->normal;
-    return {t_s, tool_m / world.scene.placement.position_scale, *foot};
+    return {at.t_s, tool_m / world.scene.placement.position_scale, *foot};
 }
 
-/// The path is straight in the object's metres between its points; each moment is projected onto the scan.
+PathPoint between(const PathPoint& a, const PathPoint& b, double share) {
+    const Vector3d at = vec(a.at_m) + share * (vec(b.at_m) - vec(a.at_m));
+    return {.t_s = a.t_s + share * (b.t_s - a.t_s),
+            .at_m = {at.x(), at.y(), at.z()},
+            .depth_m = a.depth_m + share * (b.depth_m - a.depth_m)};
+}
+
+/// The path is straight in the object's metres between its points; each moment is projected onto the scan. On
+/// a curved one it is not straight in the workspace, so each target is checked; the hand goes straight from
+/// one to the next, and the workspace is convex.
 void resolve_path(World& world) {
     const std::vector<PathPoint>& points = world.scene.hand.path;
     if (points.empty()) return;
     cloud::Index seed = world.tree->nearest(world.pose(vec(points.front().at_m)));
+    std::vector<std::size_t> target_of;  // each point's
     for (std::size_t leg = 0; leg < points.size(); ++leg) {
         const PathPoint& a = points[leg];
         const PathPoint& b = points[std::min(leg + 1, points.size() - 1)];
         const auto n = std::max<long>(1, std::lround((b.t_s - a.t_s) / PATH_STEP_S));
+        target_of.push_back(world.path.size());
         for (long i = 0; i < (leg + 1 < points.size() ? n : 1); ++i) {
-            const double s = static_cast<double>(i) / static_cast<double>(n);
-            const Vector3d at = vec(a.at_m) + s * (vec(b.at_m) - vec(a.at_m));
-            world.path.push_back(target_at(world, a.t_s + s * (b.t_s - a.t_s), at,
-                                           a.depth_m + s * (b.depth_m - a.depth_m), seed));
+            const double share = static_cast<double>(i) / static_cast<double>(n);
+            world.path.push_back(target_at(world, between(a, b, share), {leg, i > 0}, seed));
             seed = world.path.back().foot.nearest;
-            if (i == 0) check_reach(world, leg, a, world.path.back().tool_m);
         }
+    }
+    const std::size_t end = target_of.size() - 1;
+    for (std::size_t leg = 0; leg < std::max<std::size_t>(end, 1); ++leg) {
+        check_reach(world, leg, target_of[leg], target_of[std::min(leg + 1, end)]);
     }
 }
 
@@ -217,17 +286,11 @@ private:
 };
 
 void check_size(const World& world) {
-    Vector3d low = world.cloud.points_m.front(), high = low;
-    for (const Vector3d& p : world.cloud.points_m) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
-    const double across = (high - low).norm();
-    if (world.scene.patch.size_m > across) {
-        throw wrong(world.scene, "patch.size_m = " + mm(world.scene.patch.size_m) +
-                                     " is larger than the object (" + mm(across) +
-                                     " across); make the patch smaller or the object larger (object.size_m)");
-    }
+    const double side_m = box_of(world.cloud).longest_side_m();
+    if (!(world.scene.patch.size_m > side_m * (1.0 + SIDE_SLACK))) return;
+    refuse(where_among(world.scene, std::array<std::string, 2>{"patch.size_m", "object.size_m"}),
+           "patch.size_m = " + mm(world.scene.patch.size_m) + " is larger than the object (" + mm(side_m) +
+               " along its longest side); make the patch smaller or the object larger (object.size_m)");
 }
 
 }  // namespace

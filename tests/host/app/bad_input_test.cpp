@@ -1,13 +1,19 @@
 // Everything that a person can get wrong: exit 2, one line that says where, what, and what would be right;
 // stdout empty, an earlier result as it was, nothing left behind.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
 
 #include "tests/host/app/processes.hpp"
 #include "tests/host/app/sheet.hpp"
 
 using namespace palpate::test;
 using Catch::Matchers::Contains;
+using Catch::Matchers::Matches;
+using Catch::Matchers::StartsWith;
 
 namespace {
 
@@ -15,6 +21,23 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     const std::size_t at = text.find(what);
     REQUIRE(at != std::string::npos);
     return text.replace(at, what.size(), with);
+}
+
+/// The sheet as the top of a ball of 40 mm, its highest point at the origin.
+std::string dome_ply() {
+    constexpr double RADIUS_M = 0.04;
+    std::istringstream in(sheet_ply());
+    std::string text, line;
+    for (bool in_body = false; std::getline(in, line); in_body = in_body || line == "end_header") {
+        std::array<double, 2> at{};
+        if (in_body && std::sscanf(line.c_str(), "%lf %lf", &at[0], &at[1]) == 2) {
+            const double height_m = std::sqrt(RADIUS_M * RADIUS_M - at[0] * at[0] - at[1] * at[1]) - RADIUS_M;
+            line.resize(line.size() - 1);
+            line += std::to_string(height_m);
+        }
+        text += line + "\n";
+    }
+    return text;
 }
 
 /// `palpate run` of what `folder` holds, with an earlier result in out/.
@@ -121,17 +144,59 @@ TEST_CASE("an unknown key is refused with the nearest known one", "[bad]") {
                Contains("sheet.toml:9: ") && Contains("thicknes_m") && Contains("thickness_m"));
 }
 
-TEST_CASE("a path beyond the workspace is refused with axis and excess", "[bad]") {
-    CHECK_THAT(
-        said_of_scene("[touch]", "[placement]\nat_m = [0.2, 0.0, 0.0]\n[touch]"),
-        Contains("sheet.toml:") && Contains("hand.path[0]") && Contains(" mm beyond the workspace along +x"));
+TEST_CASE("a path beyond the workspace is refused with line, axis and excess", "[bad]") {
+    CHECK_THAT(said_of_scene("[touch]", "[placement]\nat_m = [0.2, 0.0, 0.0]\n[touch]"),
+               Matches(R"(sheet\.toml:18: hand\.path\[0\] at t_s = 0 is 147\.0 mm beyond the workspace )"
+                       R"(along \+x \(limit 50\.0 mm\); move the object with \[placement\] .*\n)"));
     CHECK_THAT(said_of_scene("[touch]", "[placement]\nat_m = [0.0, -0.2, 0.0]\n[touch]"),
-               Contains(" mm beyond the workspace along -y"));
+               Matches(R"(sheet\.toml:18: hand\.path\[0\] at t_s = 0 is 150\.0 mm beyond the workspace )"
+                       R"(along -y \(limit -50\.0 mm\); .*\n)"));
 }
 
-TEST_CASE("a patch larger than the object is refused with both sizes", "[bad]") {
-    CHECK_THAT(said_of_scene("[touch]", "[patch]\nsize_m = 0.1\n[touch]"),
-               Contains("sheet.toml:") && Contains("100.0 mm") && Contains("56.6 mm"));
+TEST_CASE("a path that leaves the workspace only between its points is refused with its leg", "[bad]") {
+    const Folder folder;
+    write_sheet(folder.path());
+    write_text(folder / "sheet.ply", dome_ply());
+    const std::string path = "path = [\n";
+    std::string scene = sheet_toml();
+    scene.resize(scene.find(path) + path.size());
+    scene +=
+        "{ t_s = 0, at_m = [-0.018, 0, 0], depth_m = -0.004 },\n"
+        "{ t_s = 2, at_m = [0.018, 0, 0], depth_m = -0.004 },\n]\n"
+        "[placement]\nat_m = [0, 0, 0.0475]\n";
+    write_text(folder / "sheet.toml", scene);
+    CHECK_THAT(Refused(folder).outcome.err,
+               Matches(R"(palpate: .*sheet\.toml:16: hand\.path\[0\] to \[1\] at t_s = 1 is 4\.5 mm beyond )"
+                       R"(the workspace along \+z \(limit 50\.0 mm\); .*\n)"));
+}
+
+TEST_CASE("a patch larger than the object's longest side is refused with line and both sizes", "[bad]") {
+    CHECK_THAT(
+        said_of_scene("[touch]", "[patch]\nsize_m = 0.05\n[touch]"),
+        Matches(R"(sheet\.toml:12: patch\.size_m = 50\.0 mm is larger than the object \(40\.0 mm along )"
+                R"(its longest side\); make the patch smaller .*\n)"));
+}
+
+TEST_CASE("a change, a focus and a path off the scan are refused with their line", "[bad]") {
+    CHECK_THAT(
+        said_of_scene("[touch]", "[[change]]\nshape = \"nodule\"\nat_m = [0.05, 0, 0]\nfactor = 2\n[touch]"),
+        Matches(R"(sheet\.toml:13: change\[0\]\.at_m: there is no smooth skin near this place; .*\n)"));
+    CHECK_THAT(
+        said_of_scene("[touch]", "[placement]\nfacing = \"operator\"\nfocus_m = [0.05, 0, 0]\n[touch]"),
+        Matches(R"(sheet\.toml:13: placement\.focus_m: there is no smooth skin near this place; .*\n)"));
+    CHECK_THAT(
+        said_of_scene("at_m = [0.0030, 0.0, 0.0]", "at_m = [0.0300, 0.0, 0.0]"),
+        Matches(R"(sheet\.toml:17: hand\.path\[1\] to \[2\] at t_s = \d\.\d+ has no smooth skin near it; )"
+                R"(choose points on one face of the scan\n)"));
+}
+
+TEST_CASE("a --set that cannot be built is refused by its name", "[bad]") {
+    const Folder folder;
+    write_sheet(folder.path());
+    CHECK_THAT(Refused(folder, {"--set", "patch.size_m=0.05"}).outcome.err,
+               StartsWith("palpate: --set patch.size_m: patch.size_m = 50.0 mm is larger"));
+    CHECK_THAT(Refused(folder, {"--set", "hand.path.3.depth_m=-0.06"}).outcome.err,
+               StartsWith("palpate: --set hand.path[3].depth_m: hand.path[3] at t_s = 2 is 13.0 mm beyond"));
 }
 
 TEST_CASE("an output that cannot be written is refused before anything is solved", "[bad]") {

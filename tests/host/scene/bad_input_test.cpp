@@ -171,6 +171,8 @@ TEST_CASE("a change that cannot be is refused") {
     CHECK(said(nodule) == "nothing");
     CHECK(said(nodule + "edge_m = 0.013\n") ==
           "12: change[0].edge_m is 0.013; at most twice radius_m, 0.012, is expected");
+    CHECK(said(nodule + "radius_m = 0.0005\n") ==
+          "8: change[0].edge_m is 0.002; at most twice radius_m, 0.001, is expected");  // a default
     CHECK(said(nodule + "radius_m = -1\n").substr(0, 28) == "12: change[0].radius_m is -1");
     CHECK(said(nodule + "edge_m = 0\n").substr(0, 25) == "12: change[0].edge_m is 0");
     CHECK(said(GOOD +

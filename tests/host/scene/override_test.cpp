@@ -89,3 +89,9 @@ TEST_CASE("an error in a --set names its key") {
     error("scene=2", "--set scene: scene = 2 is newer");
     error("title=\xff", "--set title: ");
 }
+
+TEST_CASE("a section that only a --set made is named by it") {
+    const std::vector<std::string> set{"object.points=a.ply"};
+    CHECK_THROWS_WITH(scene::parse("[skin]\nyoung_pa = 1e5\nthickness_m = 0.002\n", "s.toml", set),
+                      StartsWith("--set object.points: object.length_unit is missing;"));
+}

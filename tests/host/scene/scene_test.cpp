@@ -170,7 +170,21 @@ TEST_CASE("a value's place is known after reading") {
     CHECK(scene::where(s, "change[1].at_m") == file + ":25");
     CHECK(scene::where(s, "hand.path[3]") == file + ":40");
     CHECK(scene::where(s, "hand.path[3].at_m") == file + ":40");
-    CHECK(scene::where(s, "patch.size_m") == file);  // not given
+    CHECK(scene::where(s, "skin.model") == file + ":10");   // not given: its section's
+    CHECK(scene::where(s, "patch.size_m") == file + ":1");  // nor its section
+}
+
+TEST_CASE(
+    "of several values at fault the first that a --set gave has the place, else the first that has one") {
+    const std::vector<std::string> set{"hand.path.1.depth_m=0.004", "patch.projection=gall-peters"};
+    const scene::Scene s = scene::load(PAL_BUNNY_SCENE, set);
+    const std::string file = PAL_BUNNY_SCENE;
+    const auto among = [&](const std::vector<std::string>& names) { return scene::where_among(s, names); };
+    CHECK(among({"hand.path[0].at_m", "hand.path[1].depth_m"}) == "--set hand.path[1].depth_m");
+    CHECK(among({"hand.path[0].at_m", "hand.path[1].at_m"}) == file + ":37");
+    CHECK(among({"patch.size_m", "object.size_m"}) == file + ":7");  // [patch] is on no line
+    CHECK(among({"patch.size_m", "run.seed"}) == file + ":1");
+    CHECK(among({}) == file + ":1");
 }
 
 TEST_CASE("docs/SCENE.md is what the table of keys says") {

@@ -1,13 +1,16 @@
 #include "host/scene/world.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "tests/host/sheets.hpp"
 
 using namespace palpate;
-using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
 using Eigen::Vector3d;
 
 namespace {
@@ -19,6 +22,35 @@ std::string words_of(const scene::Scene& scene, cloud::Cloud cloud) {
         return error.what();
     }
     return "";
+}
+
+const std::string HEAD = R"(scene = 1
+[object]
+points = "a.ply"
+length_unit = "m"
+[skin]
+young_pa = 1e6
+thickness_m = 0.0015
+)";                                             // seven lines
+const std::string PATH = "[hand]\npath = [\n";  // its first point is on the scene's line 10
+const std::string MEND = "move the object with [placement] or shorten the path";
+
+std::string point(double t_s, double x_m, double depth_m) {
+    return "{ t_s = " + std::to_string(t_s) + ", at_m = [" + std::to_string(x_m) +
+           ", 0, 0], depth_m = " + std::to_string(depth_m) + " },\n";
+}
+
+/// What is said about a scene of HEAD and `rest`, "s.toml:9: patch ..."; empty when it can be built.
+std::string refusal(const std::string& rest, cloud::Cloud cloud, const std::vector<std::string>& set = {}) {
+    return words_of(scene::parse(HEAD + rest, "s.toml", set), std::move(cloud));
+}
+
+/// The top of a ball of 40 mm, its highest point at the origin.
+cloud::Cloud dome() {
+    constexpr double RADIUS_M = 0.04;
+    cloud::Cloud cloud = sheets::flat(0.05);
+    for (Vector3d& p : cloud.points_m) p.z() = std::sqrt(RADIUS_M * RADIUS_M - p.squaredNorm()) - RADIUS_M;
+    return cloud;
 }
 
 }  // namespace
@@ -86,18 +118,110 @@ TEST_CASE("the path keeps the tool at its depth below the skin") {
     CHECK(world->path.back().t_s == Approx(0.2));
 }
 
-TEST_CASE("a path beyond the workspace names the axis and the excess") {
-    scene::Scene scene = sheets::skin(1e6);
-    scene.placement.at_m = {0.0423, 0, 0};
-    scene.hand.path = {{0.0, {0, 0, 0}, -0.01}, {1.0, {0.02, 0, 0}, 0.002}};
-    const std::string words = words_of(scene, sheets::flat(0.05));
-    CHECK_THAT(words, Contains("+x") && Contains("12.3 mm"));
+TEST_CASE("a path beyond the workspace names the point, the axis and the excess") {
+    const std::string path = PATH + point(0.0, 0.0, -0.01) + point(1.0, 0.02, 0.002) + "]\n";
+    CHECK(refusal(path + "[placement]\nat_m = [0.0423, 0, 0]\n", sheets::flat(0.05)) ==
+          "s.toml:11: hand.path[1] at t_s = 1 is 12.3 mm beyond the workspace along +x (limit 50.0 mm); " +
+              MEND);
+    CHECK(refusal(path + "[placement]\nat_m = [0, 0, -0.060]\n", sheets::flat(0.05)) ==
+          "s.toml:11: hand.path[1] at t_s = 1 is 14.0 mm beyond the workspace along -z (limit -45.0 mm); " +
+              MEND);  // the worse one, though the first is 2 mm out
+    CHECK(refusal(path + "[placement]\nat_m = [0, 0.08, 0]\n", sheets::flat(0.05)) ==
+          "s.toml:10: hand.path[0] at t_s = 0 is 30.0 mm beyond the workspace along +y (limit 50.0 mm); " +
+              MEND);  // all of the path is: its first point
+    CHECK(refusal(PATH + point(0.5, 0.02, -0.01) + "]\n[placement]\nat_m = [0.04, 0, 0]\n",
+                  sheets::flat(0.05)) ==
+          "s.toml:10: hand.path[0] at t_s = 0.5 is 10.0 mm beyond the workspace along +x (limit 50.0 mm); " +
+              MEND);  // a path of one point
 }
 
-TEST_CASE("a patch larger than the object is refused with both sizes") {
+TEST_CASE("a path over a dome that leaves the workspace only between its points is refused") {
+    const std::string path = PATH + point(0.0, -0.02, 0.0) + point(0.54, -0.02, -0.01) +
+                             point(3.0, 0.02, -0.01) + point(3.5, 0.02, 0.0) + "]\n";
+    const auto raised = [&](const char* z_m) { return path + "[placement]\nat_m = [0, 0, " + z_m + "]\n"; };
+    CHECK(refusal(raised("0.0425"), dome()) ==
+          "s.toml:11: hand.path[1] to [2] at t_s = 1.77 is 5.5 mm beyond the workspace along +z "
+          "(limit 50.0 mm); " +
+              MEND);  // at the top, halfway
+    CHECK(refusal(raised("0.03705"), dome()) ==
+          "s.toml:11: hand.path[1] to [2] at t_s = 1.77 is 0.05 mm beyond the workspace along +z "
+          "(limit 50.0 mm); " +
+              MEND);
+    CHECK(refusal(raised("0.0369"), dome()).empty());
+}
+
+TEST_CASE("a path level in the workspace is told from one beyond it whatever the rounding") {
+    cloud::Cloud slope = sheets::flat(0.05);  // turned back to level, with the last bits of that
+    const Eigen::AngleAxisd tilt(0.5, Vector3d::UnitY());
+    for (Vector3d& p : slope.points_m) p = tilt * p;
+    const auto level = [&](double z_m, double depth_m = -0.01) {
+        scene::Scene scene = sheets::skin(1e6);
+        scene.placement = {.at_m = {0, 0, z_m}, .facing = "operator"};
+        for (const double at_m : {-0.02, 0.01, 0.02}) {
+            const Vector3d at = tilt * Vector3d(at_m, 0, 0);
+            scene.hand.path.push_back({50.0 * at_m + 1.0, {at.x(), at.y(), at.z()}, depth_m});
+        }
+        return words_of(scene, slope);
+    };
+    for (int k = 1; k < 20; ++k) {  // 50 mm with tool and height, and a few ulps
+        CHECK(level(0.047 - 1e-3 * k, -1e-3 * k).empty());
+    }
+    CHECK_THAT(level(0.0371), StartsWith("sheet:1: hand.path[0] at t_s = 0 is 0.1 mm beyond"));
+    CHECK_THAT(level(0.04), StartsWith("sheet:1: hand.path[0] at t_s = 0 is 3.0 mm beyond"));
+}
+
+TEST_CASE("a path off the scan is named with its point or its leg") {
+    const std::string start = PATH + point(0.0, 0.02, 0.0);
+    CHECK_THAT(refusal(start + point(0.5, 0.03, 0.0) + "]\n", sheets::flat(0.04)),
+               StartsWith("s.toml:10: hand.path[0] to [1] at t_s = 0.") &&
+                   EndsWith(" has no smooth skin near it; choose points on one face of the scan"));
+    CHECK(refusal(start + point(0.01, 0.03, 0.0) + "]\n", sheets::flat(0.04)) ==
+          "s.toml:11: hand.path[1] at t_s = 0.01 has no smooth skin near it; choose points on one face of "
+          "the scan");
+}
+
+TEST_CASE("a nodule and a focus off the scan are named with their line") {
+    const std::string words = ": there is no smooth skin near this place; choose a point on the scan";
+    CHECK(refusal("[[change]]\nshape = \"gradient\"\nfrom_m = [0, 0, 0]\nto_m = [1, 0, 0]\nfactor = [1, 2]\n"
+                  "[[change]]\nshape = \"nodule\"\nat_m = [0.05, 0, 0]\nfactor = 2\n",
+                  sheets::flat(0.04)) == "s.toml:15: change[1].at_m" + words);
+    const std::string facing = "[placement]\nfacing = \"operator\"\n";
+    CHECK(refusal(facing + "focus_m = [0.05, 0, 0]\n", sheets::flat(0.04)) ==
+          "s.toml:10: placement.focus_m" + words);
+    cloud::Cloud aside = sheets::flat(0.04);
+    for (Vector3d& p : aside.points_m) p.x() += 0.1;
+    CHECK(refusal(facing, aside) == "s.toml:8: placement.focus_m" + words);  // a default: its section
+}
+
+TEST_CASE("a patch larger than the object's longest side is refused with both sizes") {
+    const std::string words =
+        "patch.size_m = 50.0 mm is larger than the object (40.0 mm along its longest side); make the patch "
+        "smaller or the object larger (object.size_m)";
+    CHECK(refusal("[patch]\nsize_m = 0.05\n", sheets::flat(0.04)) == "s.toml:9: " + words);
+    CHECK(refusal("[patch]\nsize_m = 0.04\n", sheets::flat(0.04)).empty());
+    cloud::Cloud single = sheets::flat(0.04);
+    for (Vector3d& p : single.points_m) p = p.cast<float>().cast<double>();
+    CHECK(refusal("[patch]\nsize_m = 0.04\n", single).empty());
+}
+
+TEST_CASE("what a --set gave is named by it when it cannot be") {
+    const std::string path = PATH + point(0.0, 0.0, 0.0) + point(1.0, 0.01, 0.0) + "]\n";
+    const auto said = [&](const std::string& set) { return refusal(path, sheets::flat(0.04), {set}); };
+    CHECK_THAT(said("hand.path.1.depth_m=-0.06"),
+               StartsWith("--set hand.path[1].depth_m: hand.path[1] at t_s = 1 is 13.0 mm beyond"));
+    CHECK_THAT(said("hand.path.0.at_m=[0.03,0,0]"), StartsWith("--set hand.path[0].at_m: hand.path[0] at "));
+    CHECK_THAT(said("hand.path=[{t_s=0,at_m=[0,0,0],depth_m=0.06}]"),
+               StartsWith("--set hand.path: hand.path[0] at t_s = 0 is 12.0 mm beyond"));
+    CHECK_THAT(said("patch.size_m=0.05"), StartsWith("--set patch.size_m: patch.size_m = 50.0 mm is"));
+    CHECK_THAT(said("object.size_m=0.01"), StartsWith("--set object.size_m: patch.size_m = 16.0 mm is"));
+    CHECK_THAT(said("placement={focus_m=[0.05,0,0],facing=\"operator\"}"),
+               StartsWith("--set placement: placement.focus_m: "));
+}
+
+TEST_CASE("a scene of no file still says where") {
     scene::Scene scene = sheets::skin(1e6);
-    scene.patch.size_m = 0.1;
-    CHECK_THAT(words_of(scene, sheets::flat(0.02)), Contains("100.0 mm") && Contains("28.3 mm"));
+    scene.patch.size_m = 0.05;
+    CHECK_THAT(words_of(scene, sheets::flat(0.04)), StartsWith("sheet:1: patch.size_m = 50.0 mm"));
 }
 
 TEST_CASE("one ulp in one point's modulus, however far away, is another source") {
