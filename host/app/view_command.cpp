@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -7,6 +11,7 @@
 #include "host/app/progress.hpp"
 #include "host/app/run.hpp"
 #include "host/app/view_source.hpp"
+#include "host/record/aside.hpp"
 #include "host/record/record.hpp"
 #include "host/view/offscreen.hpp"
 #include "host/view/window.hpp"
@@ -14,36 +19,88 @@
 namespace palpate::app {
 namespace {
 
+constexpr const char* MODELS_DIRECTORY = "/usr/share/glmark2/models";  // as scene::points_file
+constexpr view::Size PICTURE_SIZE{1280, 720};
+
 struct ViewOptions {
     std::string what, screenshot;
     double at_s = -1.0;
     bool quiet = false;
 };
 
-/// A record carries its scene as text; next to it lies the scene.toml that says the same.
-scene::Scene scene_of(const std::filesystem::path& file, const record::Record& record) {
-    const std::filesystem::path beside = file.parent_path() / "scene.toml";
-    if (std::filesystem::exists(beside)) return scene::load(beside);
-    return scene::parse(record.header.at("scene").get<std::string>(), file);
+std::string hex(std::uint64_t value) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016" PRIx64, value);
+    return text.data();
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& words) {
+    std::string line = file.string() + ": " + words;
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    throw record::Error(line);
+}
+
+/// The scene that a record carries, to which its ticks belong; what lies beside the record may be another's.
+scene::Scene scene_in(const std::filesystem::path& file, const record::Record& record) {
+    const auto text = record.header.find("scene");
+    if (text == record.header.end() || !text->is_string()) {
+        refuse(file, "its header has no scene; a record of `palpate run` is expected");
+    }
+    return scene::parse(text->get<std::string>(), file);
+}
+
+/// The world of a record: with the very points that were felt, from where they lay, or beside the record, or
+/// among the installed models.
+std::unique_ptr<scene::World> world_of(const std::filesystem::path& file, const record::Record& record) {
+    scene::Scene scene = scene_in(file, record);
+    const nlohmann::json object = record.header.value("object", nlohmann::json::object());
+    const std::string felt = object.is_object() ? object.value("hash", nlohmann::json()).dump() : "null";
+    const std::filesystem::path written = scene.object.points;
+    std::string words = "not there";
+    for (const std::filesystem::path& points :
+         {written, std::filesystem::absolute(file).parent_path() / written.filename(),
+          std::filesystem::path(MODELS_DIRECTORY) / written.filename()}) {
+        std::error_code ignored;
+        if (points.is_absolute() && !std::filesystem::is_regular_file(points, ignored)) continue;
+        scene.object.points = points;
+        try {
+            auto world = scene::build(scene);
+            if (felt == '"' + hex(world->object_hash) + '"') return world;
+            words = "found in " + points.string() + " are other points";
+        } catch (const std::runtime_error& error) {  // not there, or cannot be what was felt
+            if (points.is_absolute()) words = error.what();
+        }
+    }
+    refuse(file, "the points that were felt, " + written.string() + " (hash " + felt +
+                     "), are needed beside the record: " + words);
+}
+
+view::Image picture_of(const view::Source& source, double at_s) {
+    view::Offscreen offscreen(source);
+    return offscreen.picture(source.frame_at(at_s), view::home_camera(source.body), PICTURE_SIZE,
+                             {.supersample = 2});
 }
 
 int view(const ViewOptions& options) {
     const std::filesystem::path file = options.what;
+    if (!options.screenshot.empty()) {
+        const record::AsideFile can_be_written(options.screenshot);  // said before the work, not after it
+    }
     std::vector<pal_tick> ticks;
-    scene::Scene scene;
+    std::unique_ptr<scene::World> world;
     if (file.extension() == ".palrec") {
         record::Record record = record::read(file);
-        scene = scene_of(file, record);
+        world = world_of(file, record);
         ticks = std::move(record.ticks);
     } else {
-        scene = scene::load(file);
+        world = scene::build(scene::load(file));
     }
     Progress progress(options.quiet);
-    const Prepared prepared = prepare(scene::build(scene), progress);
+    const Prepared prepared = prepare(std::move(world), progress);
     const view::Source source = view_source(*prepared.world, *prepared.field, ticks);
     if (!options.screenshot.empty()) {
         const double at_s = options.at_s >= 0.0 ? options.at_s : peak_time_s(ticks);
-        view::screenshot(source, at_s, view::home_camera(source.body), 1280, 720, options.screenshot);
+        record::write_file(options.screenshot, view::png_bytes(picture_of(source, at_s)));
         if (!options.quiet) std::cerr << "written: " << options.screenshot << '\n';
         return 0;
     }

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "host/chart/patch.hpp"
+#include "host/record/record.hpp"
 
 namespace palpate::app {
 namespace {
@@ -12,20 +14,17 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+constexpr float kViewToolRadii = 8.0F;  ///< half the picture's height, so that a dip is seen and an ear too
+
 Vector3f vec(const float (&v)[3]) {
     return {v[0], v[1], v[2]};
 }
 
-/// Index of the tick at a scene time; the first tick of the path where it has none before.
-std::size_t tick_at(const std::vector<pal_tick>& ticks, std::size_t first, double t_s) {
-    const auto ahead = static_cast<std::size_t>(std::max(0.0, t_s) * 1e3);
-    return std::min(first + ahead, ticks.size() - 1);
-}
-
-std::size_t first_of_path(const std::vector<pal_tick>& ticks) {
-    const auto found =
-        std::find_if(ticks.begin(), ticks.end(), [](const pal_tick& t) { return t.path_tick > 0; });
-    return found == ticks.end() ? 0 : static_cast<std::size_t>(found - ticks.begin());
+/// Index of the tick at a scene time, or of the first after it; `times_s` ascend and are not empty.
+std::size_t tick_at(const std::vector<double>& times_s, double t_s) {
+    constexpr double kHalfTick_s = 0.0005;
+    const auto found = std::lower_bound(times_s.begin(), times_s.end(), std::max(t_s, 0.0) - kHalfTick_s);
+    return std::min(static_cast<std::size_t>(found - times_s.begin()), times_s.size() - 1);
 }
 
 std::string rate_line(const pal_tick& tick, double rate_hz) {
@@ -43,6 +42,7 @@ double rate_hz(const std::vector<pal_tick>& ticks, std::size_t at) {
 }
 
 void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) {
+    if (!(tick.depth_m > 0.0F)) return;
     const Vector3d tool = world.on_object(vec(tick.position_m).cast<double>());
     const auto foot = world.surface->foot(tool, world.tree->nearest(tool));
     if (!foot) return;
@@ -50,7 +50,7 @@ void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) 
     frame.proxy_m = (foot->point_m + radius_m * foot->normal).cast<float>();
     frame.normal = foot->normal.cast<float>();
     const auto force_n = static_cast<double>(frame.force_n.norm());
-    if (!(tick.depth_m > 0.0F) || !(force_n > 0.0)) return;
+    if (!(force_n > 0.0)) return;
     try {
         for (const chart::Displaced& d : chart::dip(*world.surface, *foot, world.material, force_n)) {
             frame.dip.push_back({d.point, d.by_m.cast<float>()});
@@ -62,10 +62,16 @@ void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) 
 }  // namespace
 
 double peak_time_s(const std::vector<pal_tick>& ticks) {
-    const auto size = [](const pal_tick& t) { return vec(t.force_n).squaredNorm(); };
-    const auto peak = std::max_element(
-        ticks.begin(), ticks.end(), [&](const pal_tick& a, const pal_tick& b) { return size(a) < size(b); });
-    return peak == ticks.end() ? 0.0 : 1e-3 * peak->path_tick;
+    const std::vector<double> times_s = record::scene_times_s(ticks);
+    double peak_s = 0.0;
+    float largest = 0.0F;
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+        const float size = vec(ticks[i].force_n).squaredNorm();
+        if (times_s[i] < 0.0 || !(ticks[i].depth_m > 0.0F) || !(size > largest)) continue;
+        largest = size;
+        peak_s = times_s[i];
+    }
+    return peak_s;
 }
 
 view::Source view_source(const scene::World& world, const table::StiffnessField& field,
@@ -74,15 +80,17 @@ view::Source view_source(const scene::World& world, const table::StiffnessField&
     for (const Vector3d& p : world.cloud.points_m) source.body.points_m.push_back(p.cast<float>());
     for (const Vector3d& n : world.cloud.normals) source.body.normals.push_back(n.cast<float>());
     source.body.stiffness_n_per_m = field.known_n_per_m();
+    source.body.unknown = "not solved:\nthe path does\nnot reach it";
+    source.body.view_radius_m = kViewToolRadii * static_cast<float>(world.scene.touch.tool_radius_m);
     if (!world.nodules.empty()) {
         source.body.focus_m = world.nodules.front().at_m.cast<float>();
     } else if (!world.path.empty()) {
         source.body.focus_m = world.path[world.path.size() / 2].foot.point_m.cast<float>();
     }
     source.title = world.scene.title;
-    const std::size_t first = first_of_path(ticks);
-    source.duration_s = ticks.empty() ? 0.0 : 1e-3 * static_cast<double>(ticks.size() - 1 - first);
-    source.frame_at = [&world, ticks = std::move(ticks), first](double t_s) {
+    std::vector<double> times_s = record::scene_times_s(ticks);
+    source.duration_s = ticks.empty() ? 0.0 : std::max(times_s.back(), 0.0);
+    source.frame_at = [&world, ticks = std::move(ticks), times_s = std::move(times_s)](double t_s) {
         view::Frame frame;
         frame.t_s = t_s;
         frame.tool_radius_m = static_cast<float>(world.scene.touch.tool_radius_m);
@@ -90,12 +98,15 @@ view::Source view_source(const scene::World& world, const table::StiffnessField&
             if (!world.path.empty()) frame.tool_m = world.on_object(world.path.front().tool_m).cast<float>();
             return frame;
         }
-        const std::size_t at = tick_at(ticks, first, t_s);
+        const std::size_t at = tick_at(times_s, t_s);
         const pal_tick& tick = ticks[at];
+        frame.t_s = times_s[at];
         frame.tool_m = world.on_object(vec(tick.position_m).cast<double>()).cast<float>();
         frame.force_n = tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n);
-        frame.depth_m = std::max(tick.depth_m, 0.0F);
-        frame.k_n_per_m = tick.k_n_per_m;
+        const scene::Placement& placement = world.scene.placement;  // the picture is the object's
+        frame.depth_m = static_cast<float>(placement.position_scale) * std::max(tick.depth_m, 0.0F);
+        frame.k_n_per_m =
+            tick.k_n_per_m / static_cast<float>(placement.position_scale * placement.force_scale);
         frame.rate_line = rate_line(tick, rate_hz(ticks, at));
         touch(world, tick, frame);
         return frame;

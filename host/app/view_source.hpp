@@ -15,7 +15,7 @@ namespace palpate::app {
 [[nodiscard]] view::Source view_source(const scene::World& world, const table::StiffnessField& field,
                                        std::vector<pal_tick> ticks);
 
-/// Scene time of the largest force, s.
+/// Scene time of the largest force in contact, s; 0 without contact.
 [[nodiscard]] double peak_time_s(const std::vector<pal_tick>& ticks);
 
 }  // namespace palpate::app

@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace palpate::view {
 namespace {
@@ -12,9 +14,10 @@ constexpr float kOrbit_rad_per_px = 0.008F;
 constexpr float kZoomPerClick = 0.88F;
 constexpr float kDistanceMin_m = 0.005F;
 constexpr float kDistanceMax_m = 5.0F;
-constexpr float kHomePitch_rad = 0.42F;
-constexpr float kHomePitchFlat_rad = 0.62F;  ///< on skin that lies flat
-constexpr float kHomeOblique_rad = 1.0F;     ///< angle between view and skin normal, seen from above
+constexpr float kHomeOblique_rad = 1.15F;  ///< between view and skin normal: along the skin, into the dip
+/// Turns about the normal, from straight above (on flat skin: from the user's side), in order of liking.
+constexpr std::array<float, 8> kHomeTurns_rad{-0.15F, 0.15F, -1.2F, 1.2F, -1.9F, 1.9F, -2.6F, 2.6F};
+constexpr float kLineOfSight = 0.15F;  ///< radius of what must be free before the eye, over the view's
 
 Eigen::Vector3f direction(float yaw_rad, float pitch_rad) {
     const float level = std::cos(pitch_rad);
@@ -41,6 +44,18 @@ Eigen::Vector3f mean_normal_near(const Body& body, float radius_m) {
     return sum.norm() > 0.0F ? Eigen::Vector3f(sum.normalized()) : nearest_normal;
 }
 
+/// Whether nothing of the body stands between the eye and the skin at the target.
+bool is_free(const Body& body, const Camera& camera, const Eigen::Vector3f& normal) {
+    const float radius_m = kLineOfSight * body.view_radius_m;
+    const Eigen::Vector3f back = (camera.eye_m() - camera.target_m).normalized();
+    const Eigen::Vector3f from_m = camera.target_m + 2.0F * radius_m * normal;  // clear of the skin itself
+    return std::none_of(body.points_m.begin(), body.points_m.end(), [&](const Eigen::Vector3f& point_m) {
+        const Eigen::Vector3f d_m = point_m - from_m;
+        const float ahead_m = d_m.dot(back);
+        return ahead_m > 0.0F && ahead_m < camera.distance_m && (d_m - ahead_m * back).norm() < radius_m;
+    });
+}
+
 float fitting_distance_m(float radius_m, float fov_y_rad) {
     return std::clamp(radius_m / std::sin(0.5F * fov_y_rad), kDistanceMin_m, kDistanceMax_m);
 }
@@ -51,12 +66,15 @@ Eigen::Vector3f Camera::eye_m() const {
     return target_m + distance_m * direction(yaw_rad, pitch_rad);
 }
 
+Eigen::Vector3f Camera::right() const {
+    return {std::cos(yaw_rad), 0.0F, -std::sin(yaw_rad)};
+}
+
 Eigen::Matrix4f Camera::view() const {
     const Eigen::Vector3f back = direction(yaw_rad, pitch_rad);
-    const Eigen::Vector3f right{std::cos(yaw_rad), 0.0F, -std::sin(yaw_rad)};
-    const Eigen::Vector3f up = back.cross(right);
+    const Eigen::Vector3f up = back.cross(right());
     Eigen::Matrix4f m = Eigen::Matrix4f::Identity();
-    m.block<1, 3>(0, 0) = right.transpose();
+    m.block<1, 3>(0, 0) = right().transpose();
     m.block<1, 3>(1, 0) = up.transpose();
     m.block<1, 3>(2, 0) = back.transpose();
     m.block<3, 1>(0, 3) = -(m.block<3, 3>(0, 0) * eye_m());
@@ -105,17 +123,22 @@ Camera home_camera(const Body& body) {
     Camera camera;
     camera.target_m = body.focus_m;
     camera.distance_m = fitting_distance_m(body.view_radius_m, camera.fov_y_rad);
-    camera.pitch_rad = kHomePitch_rad;
     const Eigen::Vector3f normal = mean_normal_near(body, 0.3F * body.view_radius_m);
-    const float level = std::sqrt(normal.x() * normal.x() + normal.z() * normal.z());
-    if (level < 0.3F) {  // lies flat: look from the user's side
-        camera.yaw_rad = 0.3F;
-        camera.pitch_rad = kHomePitchFlat_rad;
-        return camera;
+    const bool lies_flat = std::hypot(normal.x(), normal.z()) < 0.3F;
+    const Eigen::Vector3f ahead = lies_flat ? Eigen::Vector3f::UnitZ() : Eigen::Vector3f::UnitY();
+    const Eigen::Vector3f along = (ahead - ahead.dot(normal) * normal).normalized();
+    std::optional<Camera> first;
+    for (const float turn_rad : kHomeTurns_rad) {
+        const Eigen::Vector3f tangent = Eigen::AngleAxisf(turn_rad, normal) * along;
+        const Eigen::Vector3f back =
+            std::cos(kHomeOblique_rad) * normal + std::sin(kHomeOblique_rad) * tangent;
+        camera.yaw_rad = std::atan2(back.x(), back.z());
+        camera.pitch_rad =
+            std::clamp(std::asin(std::clamp(back.y(), -1.0F, 1.0F)), -kPitchMax_rad, kPitchMax_rad);
+        if (!first) first = camera;
+        if (is_free(body, camera, normal)) return camera;
     }
-    const float facing_rad = std::atan2(normal.x(), normal.z());
-    camera.yaw_rad = facing_rad + (facing_rad > 0.0F ? -kHomeOblique_rad : kHomeOblique_rad);
-    return camera;
+    return *first;
 }
 
 Camera framed(const Camera& camera, const Body& body) {

@@ -23,6 +23,8 @@ struct Camera {
     float fov_y_rad = 0.6F;
 
     [[nodiscard]] Eigen::Vector3f eye_m() const;
+    /// What points to the right in the picture; level.
+    [[nodiscard]] Eigen::Vector3f right() const;
     /// Workspace to eye: x right in the picture, y up, z towards the eye.
     [[nodiscard]] Eigen::Matrix4f view() const;
     /// Eye to clip space of OpenGL. The planes enclose the sphere `radius_m` around `centre_m`.
@@ -35,8 +37,9 @@ struct Camera {
 [[nodiscard]] Camera panned(const Camera& camera, float dx_px, float dy_px, Size size);
 [[nodiscard]] Camera zoomed(const Camera& camera, float clicks);
 
-/// The first view: body.focus_m and view_radius_m around it, from the side the skin faces there, but oblique,
-/// so that a force along the normal is seen in its length.
+/// The first view: body.focus_m and view_radius_m around it, from the side the skin faces there, but nearly
+/// along the skin, so that a dip's profile and a force along the normal are seen in their length. From above
+/// where nothing of the body is in the way, else from the next side where nothing is.
 [[nodiscard]] Camera home_camera(const Body& body);
 /// The whole object from the direction of `camera`.
 [[nodiscard]] Camera framed(const Camera& camera, const Body& body);

@@ -14,6 +14,7 @@ struct Body {
     std::vector<Eigen::Vector3f> points_m;
     std::vector<Eigen::Vector3f> normals;
     std::vector<float> stiffness_n_per_m;  ///< per point; NaN: not known (drawn grey)
+    std::string unknown = "unknown";       ///< why a point is grey, in lines of a dozen letters
     Eigen::Vector3f focus_m{0, 0, 0};      ///< what the camera looks at first
     float view_radius_m = 0.03F;           ///< what it shows around it
 };

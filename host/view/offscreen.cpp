@@ -114,6 +114,7 @@ Image Offscreen::picture(const Frame& frame, const Camera& camera, Size size, co
     impl_->words.draw(frame, camera, size,
                       {.title = source.title,
                        .legend = legend_of(source.body, size),
+                       .section = section_of(source.body, frame, camera.right()),
                        .metres_per_newton = scale,
                        .dip_scale = style.dip_scale});
     return read_framebuffer(size);

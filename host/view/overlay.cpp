@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <vector>
 
 namespace palpate::view {
 namespace {
@@ -14,10 +16,14 @@ namespace {
 constexpr ImU32 kInk = IM_COL32(28, 32, 40, 255);
 constexpr ImU32 kSoftInk = IM_COL32(82, 90, 104, 255);
 constexpr ImU32 kPaper = IM_COL32(250, 251, 253, 225);
+constexpr ImU32 kWhite = IM_COL32(255, 255, 255, 255);
 constexpr float kMargin_px = 18.0F;
 constexpr int kBarWidth_px = 18;
 constexpr float kBigText_px = 22.0F;
 constexpr float kText_px = 15.0F;
+constexpr float kSmallText_px = 14.0F;
+const ImVec2 kSection_px{300.0F, 204.0F};
+const ImVec2 kSectionRoom_px{1200.0F, 560.0F};  ///< least size of a picture with a cut in it
 
 ImU32 colour_of(Rgb c) {
     return IM_COL32(c.r, c.g, c.b, 255);
@@ -69,6 +75,18 @@ float round_step(float wanted) {
     return decade * (leading >= 5.0F ? 5.0F : leading >= 2.0F ? 2.0F : 1.0F);
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines(1);
+    for (const char c : text) {
+        if (c == '\n') {
+            lines.emplace_back();
+        } else {
+            lines.back() += c;
+        }
+    }
+    return lines;
+}
+
 void draw_legend(const Pen& pen, const Legend& legend) {
     const PixelRect& bar = legend.bar;
     const auto x0 = static_cast<float>(bar.x0);
@@ -76,8 +94,8 @@ void draw_legend(const Pen& pen, const Legend& legend) {
     const auto y0 = static_cast<float>(bar.y0);
     const auto y1 = static_cast<float>(bar.y1);
     const bool is_one_value = !(legend.max > legend.min);
-    const float foot = legend.has_unknown ? 58.0F : 26.0F;
-    pen.box(x0 - 74.0F, y0 - 62.0F, x1 + 12.0F, y1 + foot);
+    const float foot = legend.has_unknown ? 76.0F : 26.0F;
+    pen.box(x0 - 110.0F, y0 - 62.0F, x1 + 12.0F, y1 + foot);
     pen.write(x1, y0 - 54.0F, "stiffness", Pen::Anchor::right, kInk, kText_px, true);
     pen.write(x1, y0 - 35.0F, legend.unit, Pen::Anchor::right, kSoftInk);
     for (int y = bar.y0; y < bar.y1; ++y) {
@@ -104,7 +122,11 @@ void draw_legend(const Pen& pen, const Legend& legend) {
     }
     if (legend.has_unknown) {
         pen.list().AddRectFilled({x0, y1 + 28.0F}, {x1, y1 + 46.0F}, colour_of(kUnknown));
-        pen.write(text_x, y1 + 29.0F, "unknown", Pen::Anchor::right, kSoftInk);
+        float y = y1 + 23.0F;
+        for (const std::string& line : lines_of(legend.unknown)) {
+            pen.write(text_x, y, line, Pen::Anchor::right, kSoftInk, kSmallText_px);
+            y += 1.2F * kSmallText_px;
+        }
     }
 }
 
@@ -120,47 +142,84 @@ void draw_readout(const Pen& pen, const Frame& frame, const std::string& title) 
     pen.write(kMargin_px, kMargin_px + 28.0F, line);
 }
 
-/// What each mark in the picture means, top left under the readout.
+/// A mark in the picture and what it means.
+struct KeyRow {
+    std::string words;
+    std::function<void(ImDrawList&, ImVec2 at)> mark;
+};
+
+void mark_skin(ImDrawList& list, ImVec2 at) {
+    list.AddRectFilled({at.x - 9.0F, at.y - 9.0F}, {at.x + 9.0F, at.y + 9.0F}, colour_of(viridis()[48]),
+                       4.0F);
+}
+
+void mark_force(ImDrawList& list, ImVec2 at) {
+    list.AddLine({at.x - 9.0F, at.y}, {at.x + 4.0F, at.y}, colour_of(kForceColour), 4.0F);
+    list.AddTriangleFilled({at.x + 10.0F, at.y}, {at.x + 2.0F, at.y - 6.0F}, {at.x + 2.0F, at.y + 6.0F},
+                           colour_of(kForceColour));
+}
+
+void mark_tool(ImDrawList& list, ImVec2 at) {
+    list.AddCircleFilled(at, 7.0F, IM_COL32(240, 243, 247, 255), 24);
+    list.AddCircle(at, 7.0F, kSoftInk, 24);
+}
+
+void mark_proxy(ImDrawList& list, ImVec2 at) {
+    list.AddCircle(at, 7.0F, IM_COL32(13, 26, 77, 220), 24, 2.0F);
+}
+
+void mark_normal(ImDrawList& list, ImVec2 at) {
+    list.AddLine({at.x, at.y - 8.0F}, {at.x, at.y + 8.0F}, kInk, 2.0F);
+}
+
+void mark_dots(ImDrawList& list, ImVec2 at) {
+    mark_skin(list, at);
+    for (const float dx : {-5.5F, 0.0F, 5.5F}) list.AddCircleFilled({at.x + dx, at.y}, 2.0F, kWhite, 12);
+}
+
+void mark_lines(ImDrawList& list, ImVec2 at) {
+    mark_skin(list, at);
+    list.AddCircle(at, 6.5F, kWhite, 24, 1.5F);
+    list.AddCircle(at, 3.0F, kWhite, 24, 1.5F);
+}
+
+std::vector<KeyRow> key_of(const Frame& frame, const Caption& caption) {
+    std::vector<KeyRow> rows;
+    if (frame.force_n.norm() > 0.0F) {
+        rows.push_back(
+            {text_of("force on the hand, %.3g mm per N", 1.0e3F * caption.metres_per_newton), mark_force});
+    }
+    rows.push_back({"tool", mark_tool});
+    if (frame.proxy_m) rows.push_back({"where it would rest on undeformed skin", mark_proxy});
+    if (frame.normal) rows.push_back({"contact normal", mark_normal});
+    if (!frame.dip.empty()) {
+        rows.push_back({"undeformed skin over the dip", mark_dots});
+        rows.push_back(
+            {text_of("lines of equal dip, every %.3g mm", 1.0e3F * contour_step_m(frame)), mark_lines});
+    }
+    return rows;
+}
+
+/// Top left under the readout.
 void draw_key(const Pen& pen, const Frame& frame, const Caption& caption) {
+    constexpr float kRow_px = 22.0F;
+    const std::vector<KeyRow> rows = key_of(frame, caption);
+    const bool is_exaggerated = std::abs(caption.dip_scale - 1.0F) > 1.0e-3F;
+    const std::string warning =
+        is_exaggerated ? text_of("dip drawn %.3g times as deep as it is", caption.dip_scale) : "";
+    float width = pen.width_px(warning, kSmallText_px, true);
+    for (const KeyRow& row : rows)
+        width = std::max(width, 31.0F + pen.width_px(row.words, kSmallText_px, false));
     const float x = kMargin_px + 9.0F;
     float y = kMargin_px + 80.0F;
-    const auto row = [&](const std::string& words) {
-        pen.write(x + 22.0F, y - 8.5F, words, Pen::Anchor::left, kSoftInk, 14.0F);
-        y += 22.0F;
-    };
-    ImDrawList& list = pen.list();
-    if (frame.force_n.norm() > 0.0F) {
-        list.AddLine({x - 9.0F, y}, {x + 4.0F, y}, colour_of(kForceColour), 4.0F);
-        list.AddTriangleFilled({x + 10.0F, y}, {x + 2.0F, y - 6.0F}, {x + 2.0F, y + 6.0F},
-                               colour_of(kForceColour));
-        row(text_of("force on the hand, %.3g mm per N", 1.0e3F * caption.metres_per_newton));
+    const auto n_rows = static_cast<float>(rows.size() + (is_exaggerated ? 1 : 0));
+    pen.box(kMargin_px - 10.0F, y - 17.0F, kMargin_px + width + 12.0F, y + kRow_px * n_rows - 5.0F);
+    for (const KeyRow& row : rows) {
+        row.mark(pen.list(), {x, y});
+        pen.write(x + 22.0F, y - 8.5F, row.words, Pen::Anchor::left, kSoftInk, kSmallText_px);
+        y += kRow_px;
     }
-    list.AddCircleFilled({x, y}, 7.0F, IM_COL32(240, 243, 247, 255), 24);
-    list.AddCircle({x, y}, 7.0F, kSoftInk, 24);
-    row("tool");
-    if (frame.proxy_m) {
-        list.AddCircle({x, y}, 7.0F, IM_COL32(13, 26, 77, 220), 24, 2.0F);
-        row("where it would rest on undeformed skin");
-    }
-    if (frame.normal) {
-        list.AddLine({x, y - 8.0F}, {x, y + 8.0F}, kInk, 2.0F);
-        row("contact normal");
-    }
-    if (!frame.dip.empty()) {
-        list.AddRectFilled({x - 9.0F, y - 9.0F}, {x + 9.0F, y + 9.0F}, colour_of(viridis()[48]), 4.0F);
-        for (const float dx : {-5.5F, 0.0F, 5.5F}) {
-            list.AddCircleFilled({x + dx, y}, 2.0F, IM_COL32(255, 255, 255, 255), 12);
-        }
-        row("undeformed skin over the dip");
-        list.AddRectFilled({x - 9.0F, y - 9.0F}, {x + 9.0F, y + 9.0F}, colour_of(viridis()[48]), 4.0F);
-        list.AddCircle({x, y}, 6.5F, IM_COL32(255, 255, 255, 255), 24, 1.5F);
-        list.AddCircle({x, y}, 3.0F, IM_COL32(255, 255, 255, 255), 24, 1.5F);
-        row(text_of("lines of equal dip, every %.3g mm", 1.0e3F * contour_step_m(frame)));
-    }
-    if (std::abs(caption.dip_scale - 1.0F) > 1.0e-3F) {
-        pen.write(x - 9.0F, y - 8.0F, text_of("dip drawn %.3g times as deep as it is", caption.dip_scale),
-                  Pen::Anchor::left, colour_of(kForceColour), 14.0F, true);
-    }
+    pen.write(x - 9.0F, y - 8.0F, warning, Pen::Anchor::left, colour_of(kForceColour), kSmallText_px, true);
 }
 
 void draw_force_label(const Pen& pen, const Frame& frame, const Camera& camera, Size size,
@@ -181,6 +240,38 @@ void draw_force_label(const Pen& pen, const Frame& frame, const Camera& camera, 
     const float y = tip->y + away * beside.y() - 0.5F * kBigText_px;
     pen.box(x - 0.5F * width - 6.0F, y - 1.0F, x + 0.5F * width + 6.0F, y + kBigText_px + 2.0F);
     pen.write(x, y, words, Pen::Anchor::centre, colour_of(kForceColour), kBigText_px, true);
+}
+
+/// The cut through the contact, to one scale in both directions.
+void draw_section(const Pen& pen, const Section& section, const Frame& frame, float x0, float y1) {
+    const float y0 = y1 - kSection_px.y, x1 = x0 + kSection_px.x;
+    ImDrawList& list = pen.list();
+    pen.box(x0, y0, x1, y1);
+    pen.write(x0 + 10.0F, y0 + 6.0F, "cut through the contact", Pen::Anchor::left, kInk, kSmallText_px, true);
+    const float px_per_m = 0.5F * (x1 - x0 - 16.0F) / section.half_width_m;
+    const ImVec2 skin{0.5F * (x0 + x1), y0 + 0.61F * kSection_px.y};
+    const auto at = [&](const Eigen::Vector2f& m) {
+        return ImVec2{skin.x + px_per_m * m.x(), skin.y - px_per_m * m.y()};
+    };
+    list.PushClipRect({x0 + 4.0F, y0 + 24.0F}, {x1 - 4.0F, y1 - 4.0F}, true);
+    const auto line = [&](const std::vector<Eigen::Vector2f>& points_m, ImU32 colour, float width_px,
+                          bool dots) {
+        for (std::size_t i = 1; i < points_m.size(); ++i) {
+            const bool is_gap = points_m[i].x() - points_m[i - 1].x() > 0.1F * section.half_width_m;
+            if (is_gap || (dots && i % 4 > 1)) continue;
+            list.AddLine(at(points_m[i - 1]), at(points_m[i]), colour, width_px);
+        }
+    };
+    const float radius_px = px_per_m * frame.tool_radius_m;
+    list.AddCircleFilled(at(section.tool_m), radius_px, IM_COL32(205, 213, 224, 255), 48);
+    list.AddCircle(at(section.tool_m), radius_px, kSoftInk, 48);
+    line(section.rest_m, kSoftInk, 1.5F, true);
+    line(section.dipped_m, colour_of(viridis()[48]), 3.0F, false);
+    list.PopClipRect();
+    const bool is_pressed = frame.depth_m > 0.0F && !frame.dip.empty();
+    pen.write(x1 - 10.0F, y1 - 21.0F,
+              is_pressed ? text_of("skin pushed in %.1f mm", 1.0e3F * deepest_m(frame)) : "skin at rest",
+              Pen::Anchor::right, kSoftInk, kSmallText_px);
 }
 
 void draw_axes(const Pen& pen, const Camera& camera, float x, float y) {
@@ -220,12 +311,13 @@ void draw_scale(const Pen& pen, const Camera& camera, Size size, float x, float 
 std::optional<Legend> legend_of(const Body& body, Size size) {
     const auto range = finite_range(body.stiffness_n_per_m);
     const int top = 92;
-    const int bottom = std::min(size.height - 130, top + 340);
+    const int bottom = std::min(size.height - 160, top + 340);
     const int right = size.width - 34;
     if (!range || bottom < top + 64 || right < 200) return std::nullopt;
     Legend legend;
     legend.min = range->min;
     legend.max = range->max;
+    legend.unknown = body.unknown;
     legend.bar = {right - kBarWidth_px, top, right, bottom};
     const bool is_one_value = !(range->max > range->min);
     legend.low = is_one_value ? viridis()[128] : viridis().front();
@@ -259,6 +351,9 @@ void draw_overlay(ImDrawList& list, const Fonts& fonts, const Frame& frame, cons
     draw_key(pen, frame, caption);
     pen.box(kMargin_px - 10.0F, bottom - 132.0F, 122.0F, bottom - 24.0F);
     draw_axes(pen, camera, 65.0F, bottom - 78.0F);
+    if (caption.section && width >= kSectionRoom_px.x && bottom >= kSectionRoom_px.y) {
+        draw_section(pen, *caption.section, frame, 132.0F, bottom - 24.0F);
+    }
     draw_scale(pen, camera, size, width - 190.0F, bottom - 50.0F);
     if (!frame.rate_line.empty()) {
         const float half = 0.5F * pen.width_px(frame.rate_line, kText_px, false);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "host/view/renderer.hpp"
+#include "host/view/section.hpp"
 
 struct ImDrawList;
 struct ImFont;
@@ -25,7 +26,8 @@ struct Legend {
     PixelRect bar;
     Rgb low;
     Rgb high;
-    bool has_unknown = false;  ///< some values are not finite; a grey swatch says so
+    bool has_unknown = false;  ///< some values are not finite; a grey swatch says so, with the words of
+    std::string unknown;       ///< body.unknown
 };
 /// nullopt when no point's stiffness is known, or the picture is too small for a bar.
 [[nodiscard]] std::optional<Legend> legend_of(const Body& body, Size size);
@@ -42,6 +44,7 @@ struct Fonts {
 struct Caption {
     std::string title;
     std::optional<Legend> legend;
+    std::optional<Section> section;  ///< drawn bottom left where the picture has room
     float metres_per_newton = 0.0F;
     float dip_scale = 1.0F;
     int bottom_px = 0;  ///< kept free at the bottom (for controls)

@@ -4,8 +4,11 @@
 #include <png.h>
 
 #include <cassert>
+#include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 namespace palpate::view {
 
@@ -31,21 +34,39 @@ Image read_framebuffer(Size size) {
     return image;
 }
 
-void write_png(const Image& image, const std::filesystem::path& png) {
-    if (image.size.empty()) throw std::runtime_error(png.string() + ": a picture needs at least one pixel");
-    std::filesystem::path aside = png;
-    aside += ".part";
+std::string png_bytes(const Image& image) {
+    if (image.size.empty()) throw std::runtime_error("a picture needs at least one pixel");
     png_image header{};
     header.version = PNG_IMAGE_VERSION;
     header.width = static_cast<png_uint_32>(image.size.width);
     header.height = static_cast<png_uint_32>(image.size.height);
     header.format = PNG_FORMAT_RGB;
-    if (png_image_write_to_file(&header, aside.c_str(), 0, image.rgb.data(), 0, nullptr) == 0) {
+    png_alloc_size_t n_bytes = PNG_IMAGE_PNG_SIZE_MAX(header);
+    std::string bytes(n_bytes, '\0');
+    if (png_image_write_to_memory(&header, bytes.data(), &n_bytes, 0, image.rgb.data(), 0, nullptr) == 0) {
+        throw std::runtime_error(std::string("cannot make the picture: ") + header.message);
+    }
+    bytes.resize(n_bytes);
+    return bytes;
+}
+
+void write_png(const Image& image, const std::filesystem::path& png) {
+    const std::string bytes = png_bytes(image);
+    std::filesystem::path aside = png;
+    aside += ".part";
+    const auto fail = [&](const std::string& why) {
         std::error_code ignored;
         std::filesystem::remove(aside, ignored);
-        throw std::runtime_error(png.string() + ": cannot write the picture: " + header.message);
-    }
-    std::filesystem::rename(aside, png);
+        throw std::runtime_error(png.string() + ": cannot write the picture (" + why + ")");
+    };
+    std::ofstream out(aside, std::ios::binary);
+    if (!out) fail(std::generic_category().message(errno));
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) fail(std::generic_category().message(errno));
+    std::error_code error;
+    std::filesystem::rename(aside, png, error);
+    if (error) fail(error.message());
 }
 
 }  // namespace palpate::view

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "host/view/camera.hpp"
@@ -19,6 +20,9 @@ struct Image {
 
 /// From the framebuffer that is bound for reading, its lower left `size`.
 [[nodiscard]] Image read_framebuffer(Size size);
+
+/// As a PNG file's bytes. Throws std::runtime_error for an empty picture.
+[[nodiscard]] std::string png_bytes(const Image& image);
 
 /// Written beside `png` and renamed when complete. Throws std::runtime_error naming the file.
 void write_png(const Image& image, const std::filesystem::path& png);

@@ -20,6 +20,8 @@ const Eigen::Vector4f kToolColour{0.93F, 0.95F, 0.97F, 1.0F};
 const Eigen::Vector4f kProxyColour{0.05F, 0.10F, 0.30F, 0.75F};
 const Eigen::Vector4f kNormalColour{0.10F, 0.11F, 0.14F, 1.0F};
 const Eigen::Vector4f kDotColour{1.0F, 1.0F, 1.0F, 0.80F};
+constexpr float kToolBody = 0.35F;  ///< opacity of the tool's middle over its rim's
+constexpr float kProxyBody = 0.12F;
 constexpr float kSeenThrough = 0.28F;  ///< opacity of the part of an arrow that is behind the skin
 constexpr float kSolidRim =
     0.62F;  ///< of a disc hides what is behind; the rest only blends with its neighbours
@@ -29,6 +31,7 @@ constexpr float kHead = 0.0150F;
 constexpr float kHeadLength = 0.040F;
 constexpr float kNormalLine = 0.0020F;
 constexpr float kNormalLength = 0.160F;
+constexpr float kNormalToolRadii = 6.0F;  ///< at most: from afar it would be longer than the object
 
 Eigen::Vector4f colour_of(Rgb rgb) {
     return {static_cast<float>(rgb.r) / 255.0F, static_cast<float>(rgb.g) / 255.0F,
@@ -69,7 +72,8 @@ std::vector<Rod> rods_of(const Frame& frame, const Camera& camera, float metres_
         const Eigen::Vector3f from_m = frame.proxy_m.value_or(frame.tool_m);
         // Longer than the force arrow, which often lies along it.
         const float arrow_m = 1.25F * metres_per_newton * frame.force_n.norm();
-        const float length_m = std::max(kNormalLength * d, std::isfinite(arrow_m) ? arrow_m : 0.0F);
+        const float short_m = std::min(kNormalLength * d, kNormalToolRadii * frame.tool_radius_m);
+        const float length_m = std::max(short_m, std::isfinite(arrow_m) ? arrow_m : 0.0F);
         const Eigen::Vector3f to_m = from_m + length_m * frame.normal->normalized();
         rods.push_back({Solid::cylinder, rod(from_m, to_m, kNormalLine * d), kNormalColour});
     }
@@ -139,10 +143,15 @@ float arrow_scale(const Body& body) {
     return rounded(wanted);
 }
 
+float deepest_m(const Frame& frame) {
+    float deepest = 0.0F;
+    for (const Moved& move : frame.dip) deepest = std::max(deepest, move.by_m.norm());
+    return deepest;
+}
+
 float contour_step_m(const Frame& frame) {
-    float deepest_m = 0.0F;
-    for (const Moved& move : frame.dip) deepest_m = std::max(deepest_m, move.by_m.norm());
-    return deepest_m > 1.0e-7F ? rounded(deepest_m / 4.0F) : 0.0F;
+    const float deepest = deepest_m(frame);
+    return deepest > 1.0e-7F ? rounded(deepest / 4.0F) : 0.0F;
 }
 
 std::optional<Arrow> arrow_of(const Frame& frame, float metres_per_newton) {
@@ -273,9 +282,13 @@ void Renderer::Impl::draw_solids(const Frame& frame, const Camera& camera, float
     glDepthMask(GL_TRUE);
     mesh.set("flat_shade", 0.0F);
     for (const Rod& part : rods) draw_solid(part);
+    // Glass: the dip is under it.
+    mesh.set("glass", 1.0F);
+    mesh.set("body", kToolBody);
     draw_solid({Solid::sphere, ball(frame.tool_m, frame.tool_radius_m), kToolColour});
     if (frame.proxy_m) {
-        mesh.set("glass", 1.0F);
+        mesh.set("body", kProxyBody);
+        mesh.set("flat_shade", 1.0F);
         glDepthMask(GL_FALSE);
         draw_solid({Solid::sphere, ball(*frame.proxy_m, frame.tool_radius_m), kProxyColour});
         glDepthMask(GL_TRUE);

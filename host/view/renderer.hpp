@@ -21,6 +21,9 @@ constexpr Rgb kForceColour{214, 28, 48};
 /// 1, 2 or 5 times a power of ten such that 5 N are about as long as the view's radius, m/N.
 [[nodiscard]] float arrow_scale(const Body& body);
 
+/// How far the skin's most pushed point is from its rest, m; 0 without a dip.
+[[nodiscard]] float deepest_m(const Frame& frame);
+
 /// Distance between the lines of equal dip for a frame: 1, 2 or 5 times a power of ten, about four lines, m;
 /// 0 without a dip.
 [[nodiscard]] float contour_step_m(const Frame& frame);

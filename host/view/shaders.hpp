@@ -28,7 +28,9 @@ void main() {
     vec3 eye_m = (view * vec4(world_m, 1.0)).xyz;
     vec3 to_disc_m = (view * vec4(at_m, 1.0)).xyz;
     eye_normal = mat3(view) * n;
-    if (dot(eye_normal, to_disc_m) > 0.0) eye_normal = -eye_normal;
+    // A disc that faces away is lit as its mirror image: beyond an outline the shading goes on as before it.
+    vec3 away = normalize(to_disc_m);
+    eye_normal -= 2.0 * max(dot(eye_normal, away), 0.0) * away;
     eye_m += normalize(eye_m) * push_back_m;
     in_disc = corner;
     strength = shade;
@@ -78,7 +80,8 @@ void main() {
 )";
 
 /// Lights the summed discs and draws lines of equal dip; the tool's sphere darkens the skin below it (its
-/// form factor); background elsewhere.
+/// form factor); background elsewhere. Colour that means a stiffness is lit weakly, or it would no longer be
+/// the colour bar's; grey says nothing and may be lit as shape asks.
 constexpr const char* kResolveFragment = R"(#version 330 core
 in vec2 at;
 uniform sampler2D colour_sums, normal_sums, depths;
@@ -111,13 +114,17 @@ void main() {
     vec3 to_tool_m = tool_eye_m - eye_m;
     float far_m = max(length(to_tool_m), 1.0e-6);
     float cover = tool_radius_m / max(far_m, tool_radius_m);
-    float open = 1.0 - 0.75 * max(dot(n, to_tool_m / far_m), 0.0) * cover * cover;
+    float means = smoothstep(0.05, 0.25, max(base.r, max(base.g, base.b)) - min(base.r, min(base.g, base.b)));
+    float open = 1.0 - mix(0.75, 0.25, means) * max(dot(n, to_tool_m / far_m), 0.0) * cover * cover;
     vec3 half_way = normalize(light + to_eye);
-    float shine = 0.20 * pow(max(dot(n, half_way), 0.0), 24.0);
-    vec3 lit = base * (0.42 + 0.74 * key + 0.18 * fill) * open + vec3(shine) * open;
-    if (steps > 0.5 && per_pixel < 0.4) {  // beyond that, lines would run together
+    float shine = mix(0.20, 0.05, means) * pow(max(dot(n, half_way), 0.0), 24.0);
+    float weakly = means * (1.0 - smoothstep(0.3, 1.5, steps));  // a dip shows by its relief
+    float shade = mix(0.42 + 0.74 * key + 0.18 * fill, 0.78 + 0.26 * key + 0.06 * fill, weakly);
+    vec3 lit = (base * shade + vec3(shine)) * open;
+    if (steps > 0.5) {
         float off = abs(steps - floor(steps + 0.5)) / max(per_pixel, 1.0e-6);
-        lit = mix(lit, vec3(1.0), 0.55 * (1.0 - smoothstep(0.6, 1.6, off)));
+        float apart = 1.0 - smoothstep(0.12, 0.35, per_pixel);  // closer, lines would run together
+        lit = mix(lit, vec3(1.0), 0.55 * apart * (1.0 - smoothstep(0.6, 1.6, off)));
     }
     colour_out = vec4(lit, 1.0);
     vec4 shown = projection * vec4(eye_m, 1.0);
@@ -139,13 +146,13 @@ void main() {
 }
 )";
 
-/// `glass` 0: an opaque solid; 1: only its rim. `flat_shade` 1: the plain colour.
+/// `glass` 0: an opaque solid; 1: only its rim, and `body` of it elsewhere. `flat_shade` 1: the plain colour.
 constexpr const char* kMeshFragment = R"(#version 330 core
 in vec3 eye_m;
 in vec3 eye_normal;
 uniform vec4 colour;
 uniform vec3 light, fill_light;
-uniform float glass, flat_shade;
+uniform float glass, body, flat_shade;
 layout(location = 0) out vec4 colour_out;
 void main() {
     vec3 n = normalize(eye_normal);
@@ -155,8 +162,8 @@ void main() {
     float shine = 0.35 * pow(max(dot(n, normalize(light + to_eye)), 0.0), 40.0);
     vec3 lit = colour.rgb * (0.42 + 0.55 * key + 0.2 * fill) + vec3(shine);
     float rim = pow(1.0 - clamp(dot(n, to_eye), 0.0, 1.0), 2.0);
-    float alpha = mix(colour.a, colour.a * (0.12 + 0.88 * rim), glass);
-    colour_out = vec4(mix(lit, colour.rgb, max(flat_shade, glass)), alpha);
+    float alpha = mix(colour.a, colour.a * mix(body, 1.0, rim), glass);
+    colour_out = vec4(mix(lit, colour.rgb, flat_shade), alpha);
 }
 )";
 

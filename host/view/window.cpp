@@ -332,6 +332,7 @@ void Viewer::draw() {
     draw_overlay(*ImGui::GetBackgroundDrawList(), controls_->fonts(), frame, state_.camera, extent,
                  {.title = source_.title,
                   .legend = legend_of(source_.body, extent),
+                  .section = section_of(source_.body, frame, state_.camera.right()),
                   .metres_per_newton =
                       style.metres_per_newton > 0.0F ? style.metres_per_newton : arrow_scale(source_.body),
                   .dip_scale = style.dip_scale,

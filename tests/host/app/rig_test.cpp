@@ -139,6 +139,61 @@ TEST_CASE("the rig is served before anything is solved", "[rig]") {
     palpate.send(SIGKILL);
 }
 
+TEST_CASE("the coil for forces pauses them and gives them back, with the ramp", "[rig]") {
+    const Folder folder;
+    constexpr std::uint32_t PAUSED_TICKS = 100;
+    bool on = true;
+    app::Operator rig{.enable = [&on] { return on; }};
+    std::uint32_t paused = 0;
+    rig.show = [&](const pal_tick& tick, double) {
+        if (tick.path_tick == STOP_AT_PATH_TICK) paused = tick.tick;
+        on = paused == 0 || tick.tick >= paused + PAUSED_TICKS;
+    };
+    const std::vector<pal_tick> ticks = run(prepared(folder), rig).ticks;
+    REQUIRE(ticks.size() > paused + 2 * PAUSED_TICKS);
+    REQUIRE_FALSE(no_force(ticks[paused]));
+    for (std::uint32_t i = paused + WITHIN_TICKS; i <= paused + PAUSED_TICKS; ++i) {
+        INFO("tick " << i);
+        CHECK(no_force(ticks[i]));
+        CHECK(ticks[i].state == PAL_STATE_PAUSED);
+    }
+    CHECK(ticks[paused + PAUSED_TICKS + WITHIN_TICKS].state == PAL_STATE_RAMP);
+    CHECK(ticks.back().state == PAL_STATE_ENABLED);
+}
+
+TEST_CASE("clients that are silent or stop in mid-frame keep nobody waiting in real time", "[rig]") {
+    if (mbpoll_is_missing()) return;
+    const Folder folder;
+    Program palpate(PAL_PALPATE_PROGRAM,
+                    {"run", write_sheet(folder.path(), 300.0), "--clock", "real", "--rig", "127.0.0.1:0",
+                     "--out", (folder / "result").string()},
+                    folder);
+    const std::string port = port_of(palpate);
+    const auto number = static_cast<std::uint16_t>(std::stoi(port));
+    const rig::test::Client silent(number);
+    rig::test::Client half_open(number);
+    REQUIRE(half_open.send(rig::test::hex("00 01 00 00 00 06 01")));
+    std::string words;
+    do {
+        look_again();
+        REQUIRE(palpate.running());
+        words = mbpoll(port, {"-t", "3", "-r", "0", "-c", "16", "127.0.0.1"}, folder).out;
+    } while (words.find("[0]: \t3\n") == std::string::npos);  // enabled: homing, ramp and loop went on
+    CHECK(write_estop(port, "1", folder).code == 0);
+    do {
+        look_again();
+        REQUIRE(palpate.running());
+        words = mbpoll(port, {"-t", "3", "-r", "0", "-c", "16", "127.0.0.1"}, folder).out;
+    } while (words.find("[0]: \t5\n") == std::string::npos);
+    palpate.send(SIGINT);
+    CHECK(palpate.wait() == 130);
+    const record::Record record = record::read(folder / "result" / "run.palrec");
+    for (std::size_t i = 1; i < record.ticks.size(); ++i) {  // the loop never waited: no record is missing
+        if (record.ticks[i].tick != record.ticks[i - 1].tick + 1)
+            FAIL("records end at " << record.ticks[i].tick);
+    }
+}
+
 TEST_CASE("mbpoll reads and stops a run of the program, whose results say so", "[rig]") {
     if (mbpoll_is_missing()) return;
     const std::string clock = GENERATE(as<std::string>{}, "virtual", "real");

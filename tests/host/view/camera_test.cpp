@@ -79,6 +79,33 @@ TEST_CASE("the first view sees the skin's outside at the focus, obliquely") {
     CHECK(to_eye.dot(normal.normalized()) < 0.95F);
 }
 
+TEST_CASE("the first view goes round what stands before the skin") {
+    Body body;
+    const auto add = [&](float x, float y, float z, const Eigen::Vector3f& normal) {
+        body.points_m.emplace_back(x, y, z);
+        body.normals.push_back(normal);
+        body.stiffness_n_per_m.push_back(500);
+    };
+    for (int i = -20; i <= 20; ++i) {
+        for (int j = -20; j <= 20; ++j) {
+            add(0.001F * static_cast<float>(i), 0.001F * static_cast<float>(j), 0, Eigen::Vector3f::UnitZ());
+        }
+    }
+    const auto to_eye = [&] {
+        const Camera camera = home_camera(body);
+        return Eigen::Vector3f((camera.eye_m() - camera.target_m).normalized());
+    };
+    CHECK(to_eye().y() > 0.7F);        // upright skin: from above
+    for (int i = -40; i <= 40; ++i) {  // a roof 2 cm above
+        for (int j = 0; j <= 40; ++j) {
+            add(0.001F * static_cast<float>(i), 0.02F, 0.001F * static_cast<float>(j),
+                -Eigen::Vector3f::UnitY());
+        }
+    }
+    CHECK(to_eye().y() < 0.5F);
+    CHECK(to_eye().z() > 0.3F);
+}
+
 TEST_CASE("framing shows every point of the object") {
     const Body body = palpate::view::testing::domed_sheet(20);
     const Size size{640, 480};

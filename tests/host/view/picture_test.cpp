@@ -203,6 +203,63 @@ TEST_CASE(
     CHECK(image.at((legend->bar.x0 + legend->bar.x1) / 2, legend->bar.y1 + 36) == kUnknown);
 }
 
+TEST_CASE("skin at rest has nearly the colour that the bar has for its stiffness, wherever it faces") {
+    const Source source = stroke();
+    Body low = source.body;
+    const float share = GENERATE(as<float>{}, 0.0F, 0.5F, 1.0F);
+    for (float& k : low.stiffness_n_per_m) k = kSoft_n_per_m + share * (kStiff_n_per_m - kSoft_n_per_m);
+    low.stiffness_n_per_m.front() = kSoft_n_per_m;  // two corners make the scale
+    low.stiffness_n_per_m.back() = kStiff_n_per_m;
+    // On its side, facing +x: the light does not reach it from every yaw.
+    const auto on_its_side = [](const Eigen::Vector3f& v) { return Eigen::Vector3f(v.y(), -v.x(), v.z()); };
+    for (Eigen::Vector3f& v : low.points_m) v = on_its_side(v);
+    for (Eigen::Vector3f& v : low.normals) v = on_its_side(v);
+    Source one = source;
+    one.body = low;
+    Offscreen offscreen(one);
+    Frame frame;
+    frame.tool_m = {0, 0.05F, 0};
+    const Rgb bar = viridis()[static_cast<std::size_t>(std::lround(255.0F * share))];
+    for (const float yaw_rad : {0.5F, 1.5F, 2.6F}) {
+        Camera camera = side_view(low);
+        camera.yaw_rad = yaw_rad;
+        const Image image = offscreen.picture(frame, camera, kSize, {});
+        for (const float x_m : {-0.012F, 0.0F, 0.012F}) {
+            const float y_m = std::sqrt(0.0036F - x_m * x_m) - 0.06F;
+            const auto at = project(camera, kSize, on_its_side({x_m, y_m, 0.0F}));
+            const Rgb seen = image.at(static_cast<int>(at->x), static_cast<int>(at->y));
+            INFO("yaw " << yaw_rad << ", x " << x_m);
+            // Light and shade may take or give a sixth, and a highlight a little of white.
+            CHECK(std::abs(seen.r - bar.r) <= bar.r / 6 + 12);
+            CHECK(std::abs(seen.g - bar.g) <= bar.g / 6 + 12);
+            CHECK(std::abs(seen.b - bar.b) <= bar.b / 6 + 12);
+        }
+    }
+}
+
+TEST_CASE("the picture has a cut through the contact that deepens with the dip") {
+    const Source source = stroke();
+    constexpr Size kLarge{1280, 720};
+    Offscreen offscreen(source);
+    const Box inset{132, 492, 432, 696};
+    const auto is_skin = [](Rgb c) {
+        const Rgb line = viridis()[48];
+        return std::abs(c.r - line.r) + std::abs(c.g - line.g) + std::abs(c.b - line.b) < 30;
+    };
+    const auto lowest_px = [&](float depth_m) {
+        const Image image =
+            offscreen.picture(pressed(source.body, 0, 0, depth_m), side_view(source.body), kLarge, {});
+        float lowest = 0.0F;
+        for (const auto& pixel : find(image, inset, is_skin)) {
+            if (std::abs(pixel.x() - 282.0F) < 20.0F) lowest = std::max(lowest, pixel.y());
+        }
+        return lowest;
+    };
+    const float px_per_m = 142.0F / 0.009F;  // half the inset's 300 px less its margin, half the cut's 18 mm
+    CHECK(lowest_px(0.002F) - lowest_px(0.0F) == Approx(0.002F * px_per_m).margin(2.0));
+    CHECK(lowest_px(0.003F) - lowest_px(0.0F) == Approx(0.003F * px_per_m).margin(2.5));
+}
+
 TEST_CASE("a body without any known stiffness has no colour bar and is grey") {
     Source source = stroke();
     for (float& k : source.body.stiffness_n_per_m) k = std::numeric_limits<float>::quiet_NaN();

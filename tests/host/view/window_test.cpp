@@ -154,6 +154,40 @@ TEST_CASE("drags turn and move, the wheel zooms, R and F set the view, Escape qu
     CHECK(script.n_done() == 7);
 }
 
+TEST_CASE("dragging the slider scrubs, turns nothing, and ends with the button") {
+    WindowOptions options = small_window();
+    options.size = {800, 320};  // the slider: from 96 to 456 px, of a run of 1000 s
+    Camera home;
+    const auto is_at = [&home](double share) {
+        return [share, &home](const WindowState& now, const WindowState&) {
+            // The handle is 12 px wide, and its middle goes where the pointer is: 2 % of the track at its
+            // ends.
+            return std::abs(now.player.t_s - 1000.0 * share) < 25.0 && !has_turned(now.camera, home) &&
+                   now.camera.target_m == home.target_m;
+        };
+    };
+    Script script({
+        {"pointer over the slider", "mousemove 186 298",
+         [&](auto& now, auto& before) {
+             home = now.camera;
+             return now.n_pictures > before.n_pictures + 1;
+         }},
+        {"a press goes there", "mousedown 1", is_at(0.25)},
+        {"a drag goes along", "mousemove 366 298", is_at(0.75)},
+        {"off the slider too", "mousemove 276 120", is_at(0.5)},
+        {"released", "mouseup 1",
+         [](auto& now, auto& before) { return now.n_pictures > before.n_pictures + 2; }},
+        {"moving on changes nothing", "mousemove 186 298",
+         [&](auto& now, auto& before) {
+             return now.n_pictures > before.n_pictures + 5 && is_at(0.5)(now, before);
+         }},
+        {"q", "key q", [](auto&, auto&) { return false; }},
+    });
+    options.on_frame = [&](const WindowState& now) { script(now); };
+    CHECK(show(small_source(), options) == 0);
+    CHECK(script.n_done() == 6);
+}
+
 TEST_CASE("P writes a picture and never over an earlier one") {
     WindowOptions options = small_window();
     options.start_s = 1.25;
