@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -20,30 +19,39 @@ std::string text_of(const fs::path& file) {
     return text.str();
 }
 
+/// White space of any kind and length becomes one space.
 std::string one_line(const std::string& text) {
-    return std::regex_replace(text, std::regex("\\s+"), " ");
+    std::istringstream words(text);
+    std::string line, word;
+    while (words >> word) line += (line.empty() ? "" : " ") + word;
+    return line;
 }
 
-/// Every text in quotes in `text`, neighbouring ones joined as the compiler does.
-std::vector<std::string> quoted(const std::string& text) {
-    static const std::regex quotes("\"((?:[^\"\\\\]|\\\\.)*)\"");
-    std::vector<std::string> found;
-    for (std::sregex_iterator at(text.begin(), text.end(), quotes), end; at != end; ++at) {
-        found.push_back((*at)[1]);
+/// The text in quotes that begins at `at`, a quote, with its escapes as they stand; `at` moves behind it.
+std::string in_quotes(const std::string& text, std::size_t& at) {
+    std::string found;
+    for (++at; at < text.size() && text[at] != '"'; ++at) {
+        if (text[at] == '\\') found += text[at++];
+        found += text.at(at);
     }
+    ++at;
     return found;
 }
 
-/// The names of all test cases of the tree.
+/// The names of all test cases of the tree; neighbouring literals joined as the compiler does.
 std::set<std::string> test_names() {
-    static const std::regex head("TEST_CASE\\(\\s*((?:\"(?:[^\"\\\\]|\\\\.)*\"\\s*)+)");
+    static const std::string head = "TEST_CASE(";
     std::set<std::string> names;
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(PALPATE_SOURCE) / "tests")) {
         if (entry.path().extension() != ".cpp") continue;
         const std::string text = text_of(entry.path());
-        for (std::sregex_iterator at(text.begin(), text.end(), head), end; at != end; ++at) {
+        for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, at)) {
+            at = text.find_first_not_of(" \n", at + head.size());
             std::string name;
-            for (const std::string& part : quoted((*at)[1])) name += part;
+            while (at < text.size() && text[at] == '"') {
+                name += in_quotes(text, at);
+                at = text.find_first_not_of(" \n", at);
+            }
             names.insert(name);
         }
     }
@@ -53,7 +61,9 @@ std::set<std::string> test_names() {
 /// Sentences in quotes; "..." at the end stands for the rest of a name.
 std::vector<std::string> cited(const fs::path& page) {
     std::vector<std::string> sentences;
-    for (std::string text : quoted(one_line(text_of(page)))) {
+    const std::string line = one_line(text_of(page));
+    for (std::size_t at = line.find('"'); at != std::string::npos; at = line.find('"', at)) {
+        std::string text = in_quotes(line, at);
         if (std::count(text.begin(), text.end(), ' ') < 4) continue;
         if (text.ends_with(" ...")) text.resize(text.size() - 4);
         sentences.push_back(text);

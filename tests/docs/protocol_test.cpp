@@ -370,7 +370,8 @@ TEST_CASE("every place of docs/PROTOCOL.md has its encoder counts and torques") 
             std::int16_t reading = 0;
             REQUIRE(pal_delta_counts(&PAL_DELTA_NF1, theta_rad[i], &reading));
             CHECK(reading == counts[i]);
-            CHECK(double{torque_n_m[i]} == Approx(torque[i]).margin(2e-6));  // float, six digits on the page
+            CHECK(static_cast<double>(torque_n_m[i]) ==
+                  Approx(torque[i]).margin(2e-6));  // float, six digits on the page
         }
     }
 }
