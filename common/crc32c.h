@@ -7,7 +7,8 @@
 extern "C" {
 #endif
 
-/// CRC of `n_bytes` at `bytes`. Bounded: one table look-up a byte, no heap.
+/// CRC of `n_bytes` at `bytes`. Eight bytes a step, 8 KiB of constant tables, no heap. Cost: about 0.4 ns a
+/// byte (tests/bench, "arrival/checksum alone").
 uint32_t pal_crc32c(const void* bytes, size_t n_bytes);
 
 #ifdef __cplusplus

@@ -4,13 +4,6 @@
 
 static const uint32_t MAGIC_SWAPPED = 0x4C494E4BU;  // PAL_LINK_MAGIC as the other byte order sees it
 
-static_assert(sizeof(pal_link_header) == 64, "PROTOCOL.md 1");
-static_assert(sizeof(pal_link_host) == 64, "PROTOCOL.md 1");
-static_assert(sizeof(pal_link_loop) == 64, "PROTOCOL.md 1");
-static_assert(offsetof(pal_link, host) == 64, "PROTOCOL.md 1");
-static_assert(offsetof(pal_link, loop) == 128, "PROTOCOL.md 1");
-static_assert(offsetof(pal_link, tables) == 192, "PROTOCOL.md 1");
-
 void pal_link_init(pal_link* link, uint32_t nonce) {
     memset(link, 0, sizeof *link);
     pal_table_ring_init(&link->tables);

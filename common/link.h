@@ -29,6 +29,18 @@ typedef struct pal_link_header {
     uint32_t reserved[7];
 } pal_link_header;
 
+static_assert(offsetof(pal_link_header, magic) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, endian) == 4, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, abi) == 8, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, n_bytes) == 12, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, table_bytes) == 16, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, tick_bytes) == 20, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, n_slots) == 24, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, n_ticks) == 28, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, nonce) == 32, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_header, reserved) == 36, "PROTOCOL.md 1");
+static_assert(sizeof(pal_link_header) == 64, "PROTOCOL.md 1");
+
 /// Words the host writes and the loop reads.
 typedef struct pal_link_host {
     alignas(64) uint32_t pid;
@@ -38,6 +50,14 @@ typedef struct pal_link_host {
     uint32_t stop;       ///< the loop shall end in an orderly way
     uint32_t reserved[11];
 } pal_link_host;
+
+static_assert(offsetof(pal_link_host, pid) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_host, heartbeat) == 4, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_host, enable) == 8, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_host, estop) == 12, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_host, stop) == 16, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_host, reserved) == 20, "PROTOCOL.md 1");
+static_assert(sizeof(pal_link_host) == 64, "PROTOCOL.md 1");
 
 /// Words the loop writes and the host reads.
 typedef struct pal_link_loop {
@@ -49,6 +69,14 @@ typedef struct pal_link_loop {
     uint32_t reserved[11];
 } pal_link_loop;
 
+static_assert(offsetof(pal_link_loop, pid) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, heartbeat) == 4, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, ended) == 8, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, end_reason) == 12, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, n_bad_tables) == 16, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, reserved) == 20, "PROTOCOL.md 1");
+static_assert(sizeof(pal_link_loop) == 64, "PROTOCOL.md 1");
+
 typedef struct pal_link {
     pal_link_header header;
     pal_link_host host;
@@ -56,6 +84,13 @@ typedef struct pal_link {
     pal_table_ring tables;
     pal_state_ring ticks;
 } pal_link;
+
+static_assert(offsetof(pal_link, header) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link, host) == 64, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link, loop) == 128, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link, tables) == 192, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link, ticks) == 216576, "PROTOCOL.md 1");
+static_assert(sizeof(pal_link) == 1265280, "PROTOCOL.md 1");
 
 /// Prepares `n_bytes` >= sizeof(pal_link) of memory. Afterwards pal_link_check passes.
 void pal_link_init(pal_link* link, uint32_t nonce);

@@ -4,6 +4,7 @@
 #include <assert.h>
 #include <stdalign.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "common/tick.h"
@@ -21,6 +22,11 @@ typedef struct pal_state_ring {
     alignas(64) uint32_t done;   ///< records that are complete, modulo 2^32
     alignas(64) uint32_t word[PAL_STATE_RING_TICKS][PAL_TICK_WORDS];  ///< the bytes of each pal_tick
 } pal_state_ring;
+
+static_assert(offsetof(pal_state_ring, begun) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_state_ring, done) == 64, "PROTOCOL.md 1");
+static_assert(offsetof(pal_state_ring, word) == 128, "PROTOCOL.md 1");
+static_assert(sizeof(pal_state_ring) == 128 + PAL_STATE_RING_TICKS * 256, "PROTOCOL.md 1");
 
 /// One reader's place. Zero-initialised it starts at the first record of the ring's life.
 typedef struct pal_state_reader {

@@ -26,6 +26,15 @@ static float magnitude(float x) {
     return x < 0.0F ? -x : x;
 }
 
+pal_table_limits pal_table_limits_default(void) {
+    const pal_table_limits limits = {
+        .stiffness_max_n_per_m = 6000.0F,
+        .stiffness_slope_max_n_per_m2 = 3.0e6F,
+        .surface_slope_max = 4.0F,
+    };
+    return limits;
+}
+
 uint32_t pal_table_bytes(uint32_t n_nodes) {
     if (n_nodes < PAL_TABLE_NODES_MIN || n_nodes > PAL_TABLE_NODES_MAX) return 0;
     const uint32_t side = n_nodes + 2;

@@ -2,8 +2,10 @@
 /// that is swapped by compare-and-exchange. Always the newest table, in place, without a copy; a crash of
 /// either side at any instruction leaves a consistent state. Why not a seqlock or a queue: docs/DESIGN.md.
 #pragma once
+#include <assert.h>
 #include <stdalign.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "common/table.h"
@@ -22,6 +24,10 @@ typedef struct pal_table_ring {
         alignas(64) pal_table table;
     } slot[PAL_TABLE_SLOTS];
 } pal_table_ring;
+
+static_assert(offsetof(pal_table_ring, state) == 0, "PROTOCOL.md 1");
+static_assert(offsetof(pal_table_ring, slot) == 64, "PROTOCOL.md 1");
+static_assert(sizeof(pal_table_ring) == 64 + PAL_TABLE_SLOTS * 54080, "PROTOCOL.md 1");  // the slots' stride
 
 /// Empty ring: no table yet. Not while another process uses it.
 void pal_table_ring_init(pal_table_ring* ring);

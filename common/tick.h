@@ -67,12 +67,39 @@ typedef struct pal_tick {
     uint32_t reserved[4];
 } pal_tick;
 
+static_assert(offsetof(pal_tick, t_ns) == 0, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, tick) == 8, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, faults) == 12, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, state) == 16, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, stop) == 20, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, table_id) == 24, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, before_id) == 32, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, table_age_ticks) == 40, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, fade_weight) == 44, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, gain) == 48, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, n_missed) == 52, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, buttons) == 56, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, homed) == 57, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, truth_valid) == 58, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, reserved_byte) == 59, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, encoder_counts) == 60, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, motor_counts) == 66, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, position_m) == 72, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, velocity_m_per_s) == 84, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, force_n) == 96, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, table_force_n) == 108, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, depth_m) == 120, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, k_n_per_m) == 124, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, potential_j) == 128, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, fade_work_j) == 132, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, hand_work_j) == 136, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, reserved_j) == 140, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, stamp_ns) == 152, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, truth_position_m) == 200, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, truth_force_n) == 212, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, hand_target_m) == 224, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, path_tick) == 236, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, reserved) == 240, "PROTOCOL.md 3");
 static_assert(sizeof(pal_tick) == 256, "PROTOCOL.md 3");
 
 #ifdef __cplusplus

@@ -1,12 +1,13 @@
 #include "firmware/app/options.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/limits.h"
 #include "firmware/core/step.h"
 
-static const double FORCE_DEVICE_MAX_N = 8.9;  // what a Falcon is rated for; as a float it is just below
-enum { RAMP_TICKS_MAX = 60000 };
+enum { RAMP_TICKS_MAX = 1000 * PAL_RAMP_MAX_S };
 
 static const char HELP[] =
     "palpate-loop: the 1 kHz loop between a Falcon and a palpate host\n"
@@ -16,7 +17,7 @@ static const char HELP[] =
     "  --link NAME        shared memory that the host made, such as /palpate-4711\n"
     "  --device link:PATH simulated Falcon at a Unix socket (palpate-falcon-sim serve --socket PATH)\n"
     "  --force-max-n X    no force above X newtons; 0 < X <= 8.9 (8)\n"
-    "  --ramp-ticks N     soft start after homing and after every stop, in ms; 0 to 60000 (500)\n"
+    "  --ramp-ticks N     soft start after homing and after every stop, in ms; 0 to 60000 (1000)\n"
     "  --help             this text\n"
     "\n"
     "palpate run --clock real starts it by itself. By hand, beside a running host:\n"
@@ -54,12 +55,12 @@ static bool take(pal_loop_options* options, const char* name, const char* value,
         return true;
     }
     if (strcmp(name, "--force-max-n") == 0) {
-        if (!read_number(value, 1.0e-3, FORCE_DEVICE_MAX_N, &number)) {
+        if (!read_number(value, 0.0, PAL_FORCE_DEVICE_MAX_N, &number) || !(number > 0.0)) {
             fprintf(complaint, "palpate-loop: --force-max-n %s: expected newtons above 0, at most 8.9\n",
                     value);
             return false;
         }
-        options->force_max_n = (float)number;
+        options->force_max_n = number < (double)FLT_MIN ? FLT_MIN : (float)number;  // never 0 by rounding
         return true;
     }
     if (strcmp(name, "--ramp-ticks") == 0) {

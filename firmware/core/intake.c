@@ -1,12 +1,7 @@
 #include "firmware/core/intake.h"
 
 pal_table_limits pal_intake_limits_default(void) {
-    const pal_table_limits limits = {
-        .stiffness_max_n_per_m = 6000.0F,
-        .stiffness_slope_max_n_per_m2 = 3.0e6F,
-        .surface_slope_max = 4.0F,
-    };
-    return limits;
+    return pal_table_limits_default();
 }
 
 static uint32_t load(const pal_intake* intake) {

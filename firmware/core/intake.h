@@ -28,7 +28,7 @@ typedef struct pal_intake {
     pal_loop_tables tables;
 } pal_intake;
 
-/// What the loop accepts: up to 6 kN/m and 3 (N/m)/um of stiffness gradient, surfaces up to 76 degrees steep.
+/// pal_table_limits_default(): what the host, too, holds a table to before it publishes it.
 pal_table_limits pal_intake_limits_default(void);
 
 /// Tick: moves things on (never blocks) and gives the tables for this tick.

@@ -14,13 +14,12 @@ enum { LED_GREEN = 2, LED_BLUE = 4, LED_RED = 8 };
 static const uint32_t NO_POSITION = PAL_FAULT_NOT_FINITE | PAL_FAULT_WORKSPACE;
 
 pal_loop_config pal_loop_config_default(void) {
-    const pal_loop_config config = {
-        .delta = &PAL_DELTA_NF1,
+    pal_loop_config config = {
         .centre_m = {(float)PAL_WORKSPACE_CENTRE_X_M, (float)PAL_WORKSPACE_CENTRE_Y_M,
                      (float)PAL_WORKSPACE_CENTRE_Z_M},
         .force_max_n = 8.0F,
         .left_damping_n_s_per_m = 2.0F,
-        .ramp_ticks = 500,
+        .ramp_ticks = 1000,
         .fade_ticks = 16,
         .stale_ticks = 100,
         .drop_ticks = 500,
@@ -29,6 +28,7 @@ pal_loop_config pal_loop_config_default(void) {
         .late_stop_ticks = 20,
         .release_ticks = 200,
     };
+    config.delta = &PAL_DELTA_NF1;  // apart: a constant that holds an address is data that the loader writes
     return config;
 }
 

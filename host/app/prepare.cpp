@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -32,6 +33,17 @@ std::vector<DevicePoint> device_path(const scene::World& world) {
               target.tool_m.z() + PAL_WORKSPACE_CENTRE_Z_M}});
     }
     return path;
+}
+
+std::string why_no_tables(const Prepared& prepared, const RunResult& result) {
+    const auto& path = prepared.world->scene.hand.path;
+    const bool wants_contact =
+        std::any_of(path.begin(), path.end(), [](const auto& p) { return p.depth_m > 0.0; });
+    if (!wants_contact || result.interrupted || !result.tables.empty()) return "";
+    if (!result.refused_by_check.empty())
+        return "every table was refused: " + result.refused_by_check.front().why;
+    if (result.n_tables_refused > 0) return "no table could be built: " + prepared.field->why_not();
+    return "";
 }
 
 std::uint32_t path_ticks(const scene::World& world) {

@@ -1,13 +1,12 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
-#include <mutex>
 #include <sstream>
 #include <thread>
 
@@ -15,7 +14,7 @@
 #include "host/app/interrupt.hpp"
 #include "host/app/run.hpp"
 #include "host/app/scratch.hpp"
-#include "host/link/publisher.hpp"
+#include "host/app/table_thread.hpp"
 #include "host/link/segment.hpp"
 
 namespace palpate::app {
@@ -112,56 +111,15 @@ std::string device_at_rest(const Scratch& scratch) {
     return status.empty() ? "{\"no_answer\": true}" : status;
 }
 
-/// Builds and publishes tables for the newest record, off the thread that watches; keeps the last one fresh
-/// meanwhile.
-class TableThread {
-public:
-    TableThread(const Prepared& prepared, pal_link& link)
-        : server_(*prepared.world, *prepared.field, prepared.options),
-          publisher_(link),
-          thread_([this] { work(); }) {}
-    ~TableThread() { stop(); }
-    void offer(const pal_tick& record) {
-        const std::lock_guard lock(mutex_);
-        newest_ = record;
-        fresh_ = true;
-        if (const pal_table* again = publisher_.refresh(record.tick)) keep(*again);
+/// What ended the building of tables, in words; empty while nothing did.
+std::string why_no_more_tables(const std::exception_ptr& failure) {
+    if (!failure) return "";
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+        return std::string("building a table failed: ") + error.what();
     }
-    void stop() {
-        stopping_ = true;
-        if (thread_.joinable()) thread_.join();
-    }
-    [[nodiscard]] const std::map<std::uint64_t, record::TableBytes>& tables() const { return tables_; }
-    [[nodiscard]] const table::Server& server() const { return server_; }
-
-private:
-    bool take(pal_tick& record) {
-        const std::lock_guard lock(mutex_);
-        record = newest_;
-        return std::exchange(fresh_, false);
-    }
-    void keep(const pal_table& table) { tables_[table.id] = record::table_bytes(table); }
-    void work() {
-        while (!stopping_) {
-            pal_tick record{};
-            std::unique_ptr<pal_table> table = take(record) ? server_.update(record) : nullptr;
-            if (table) {
-                const std::lock_guard lock(mutex_);
-                keep(publisher_.publish(std::move(table), newest_.tick));
-            } else {
-                std::this_thread::sleep_for(LOOK_EVERY);
-            }
-        }
-    }
-    table::Server server_;
-    link::Publisher publisher_;
-    std::map<std::uint64_t, record::TableBytes> tables_;
-    std::mutex mutex_;  // of all below, and of publisher and tables
-    pal_tick newest_{};
-    bool fresh_ = false;
-    std::atomic<bool> stopping_{false};
-    std::thread thread_;
-};
+}
 
 /// Reads the loop's records and numbers the path's ticks: the path begins a ramp after homing, here as in the
 /// device.
@@ -256,7 +214,8 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
         static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
     result.start_monotonic_ns = monotonic_ns();
     Child loop(program_beside("palpate-loop"), loop_arguments(scene, scratch, segment.name()), log);
-    TableThread tables(prepared, link);
+    table::Server server(*prepared.world, *prepared.field, prepared.options);
+    TableThread tables([&server](const pal_tick& record) { return server.update(record); }, link);
     Watcher watcher(link, static_cast<std::uint32_t>(std::lround(1e3 * scene.touch.ramp_s)));
     Rate rate;
     for (std::uint32_t beat = 1; !finished(result.ticks, path_ticks(*prepared.world)); ++beat) {
@@ -270,6 +229,7 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
             progress.show("real time  " + status_line(*newest, hz));
         }
         result.failure = who_ended(device, loop, link);
+        if (result.failure.empty()) result.failure = why_no_more_tables(tables.failure());
         if (!result.failure.empty()) break;
         if (interrupted()) {
             result.interrupted = true;
@@ -285,8 +245,13 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
     result.end_monotonic_ns = monotonic_ns();
     result.device_status = device_at_rest(scratch);
     result.tables = tables.tables();
-    result.n_tables_built = tables.server().n_built();
-    result.n_tables_refused = tables.server().n_refused();
+    result.n_tables_built = server.n_built();
+    result.n_tables_refused = server.n_refused();
+    result.refused_by_check = tables.refused();
+    const bool homed = !result.ticks.empty() && result.ticks.back().path_tick > 0;
+    if (result.failure.empty() && !result.interrupted && !homed)
+        result.failure = "the device did not home within 10 s";
+    if (result.failure.empty()) result.failure = why_no_tables(prepared, result);
     return result;
 }
 

@@ -11,6 +11,7 @@
 #include "common/link.h"
 #include "host/app/progress.hpp"
 #include "host/app/scratch.hpp"
+#include "host/link/publisher.hpp"
 #include "host/record/record.hpp"
 #include "host/report/force_error.hpp"
 #include "host/scene/world.hpp"
@@ -39,6 +40,7 @@ struct RunResult {
     std::map<std::uint64_t, record::TableBytes> tables;
     std::string digest_io, digest_state;  ///< empty in real time
     std::size_t n_tables_built = 0, n_tables_refused = 0;
+    std::vector<link::Refused> refused_by_check;  ///< built, but not published: the loop would refuse them
     std::uint64_t start_unix_ns = 0, start_monotonic_ns = 0, end_monotonic_ns = 0;
     bool interrupted = false;
     std::string failure;        ///< a process or device that failed, in words; empty when all went well
@@ -64,6 +66,9 @@ struct DevicePoint {
     double t_s, at_m[3];
 };
 [[nodiscard]] std::vector<DevicePoint> device_path(const scene::World& world);
+
+/// Why a path that wants contact got no table at all, in words; empty when it got one.
+[[nodiscard]] std::string why_no_tables(const Prepared& prepared, const RunResult& result);
 
 /// Ticks from a path's begin to the run's end.
 [[nodiscard]] std::uint32_t path_ticks(const scene::World& world);

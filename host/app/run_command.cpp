@@ -124,7 +124,10 @@ Json summary_of(const RunOptions& options, const Prepared& prepared, const RunRe
     summary.update(report::run_figures(world, result.ticks, touches));
     summary["tables"] = {{"built", result.n_tables_built},
                          {"published", result.tables.size()},
-                         {"refused_places", result.n_tables_refused}};
+                         {"refused_places", result.n_tables_refused},
+                         {"refused_by_check", result.refused_by_check.size()}};
+    if (!result.refused_by_check.empty())
+        summary["tables"]["refused_by_check_why"] = result.refused_by_check.front().why;
     summary["stiffness_points"] = {{"solved", prepared.field->n_solved()},
                                    {"saddles", prepared.field->n_saddles()}};
     if (!result.device_status.empty()) {

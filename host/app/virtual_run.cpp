@@ -78,8 +78,8 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
         const pal_table* published = nullptr;
         if (underway.table && tick >= underway.due_tick) {
             before_publish(*underway.table);
-            published = &publisher.publish(std::move(underway.table), tick);
-        } else {
+            published = publisher.publish(std::move(underway.table), tick);
+        } else if (!underway.table) {
             published = publisher.refresh(tick);
         }
         if (published != nullptr) {
@@ -107,6 +107,8 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     result.digest_state = digest.state();
     result.n_tables_built = server.n_built();
     result.n_tables_refused = server.n_refused();
+    result.refused_by_check = publisher.refused();
+    result.failure = why_no_tables(prepared, result);
     if (result.ticks.empty() || result.ticks.back().path_tick == 0) {
         if (!result.interrupted && !world.path.empty()) result.failure = "the device did not home within 5 s";
     }

@@ -2,7 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "host/contact/weights.hpp"
@@ -15,6 +17,15 @@ constexpr double FREE_EDGE = 1e-6;         // of the largest D: a free edge (MAT
 constexpr double COVERED_MIN = 0.5;        // share of nodes that need skin
 constexpr double REACH_IN_SPACINGS = 2.0;  // a node takes E from points this near
 constexpr double FIT_SUPPORT = 0.75;       // of the patch side: radius of the weights of fit and curvature
+// Of 1/side^2. With the other sign so much Gaussian curvature would change k by 0.1 % (MATH.md eq. 26): less
+// is a plane or a cylinder, and rounding.
+constexpr double SADDLE_MIN = 1e-3;
+
+std::string millimetres(double m) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * m);
+    return text.data();
+}
 
 /// The points around a contact along the surface, with their fitting weights.
 struct Around {
@@ -37,9 +48,17 @@ Around points_around(const contact::Surface& surface, const contact::Foot& foot,
     return around;
 }
 
+contact::Sphere fitted_sphere(const Around& around, const contact::Foot& foot, double side_m) {
+    try {
+        return contact::fit_sphere(around.at_m, around.weight, foot.normal);
+    } catch (const contact::NoFit& no) {
+        throw NoPatch("the scan is too sparse for a patch of " + millimetres(side_m) + ": " + no.what());
+    }
+}
+
 /// Frame at the foot whose sphere is concentric with the fitted one.
-Frame fitted_frame(const Around& around, const contact::Foot& foot) {
-    const contact::Sphere sphere = contact::fit_sphere(around.at_m, around.weight, foot.normal);
+Frame fitted_frame(const Around& around, const contact::Foot& foot, double side_m) {
+    const contact::Sphere sphere = fitted_sphere(around, foot, side_m);
     const double raised_m = sphere.distance_m(foot.point_m);
     const double kappa = sphere.kappa_per_m() / (1.0 + sphere.kappa_per_m() * raised_m);
     return frame_at(foot.point_m, sphere.normal(foot.point_m), kappa);
@@ -88,12 +107,22 @@ Eigen::ArrayXXd young_at_nodes(const std::vector<PlatePoint>& points, const std:
     return (weights > 0.0).select(sum / weights.max(1e-300), 0.0);
 }
 
+/// Deflection under 1 N at the centre.
+Eigen::ArrayXXd unit_dip_m(const Patch& patch) {
+    const Eigen::Index middle = patch.problem.rigidity_n_m.rows() / 2;
+    try {
+        return plate::Plate(patch.problem).deflection_m(middle, middle);
+    } catch (const plate::Guard& guard) {
+        throw NoPatch(guard.what());
+    }
+}
+
 }  // namespace
 
 Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, const Material& material,
                 Eigen::Index nodes) {
     const Around around = points_around(surface, foot, material);
-    Patch patch{.frame = fitted_frame(around, foot),
+    Patch patch{.frame = fitted_frame(around, foot, material.patch_size_m),
                 .problem = {},
                 .points = {},
                 .covered = 0.0,
@@ -111,12 +140,11 @@ Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, cons
     patch.covered = static_cast<double>((young > 0.0).count()) / static_cast<double>(young.size());
     if (patch.covered < COVERED_MIN || !(young(nodes / 2, nodes / 2) > 0.0)) {
         throw NoPatch("the skin covers " + std::to_string(std::lround(100.0 * patch.covered)) +
-                      " % of a patch of " + std::to_string(std::lround(1e3 * side_m)) +
-                      " mm; at least half is needed");
+                      " % of a patch of " + millimetres(side_m) + "; at least half is needed");
     }
     if (material.shell) {
         patch.gauss_per_m2 = gaussian_curvature(around, patch.frame, FIT_SUPPORT * side_m);
-        patch.saddle = patch.gauss_per_m2 < 0.0;
+        patch.saddle = patch.gauss_per_m2 * side_m * side_m < -SADDLE_MIN;
     }
     const double h = material.thickness_m, nu = material.poisson;
     const Eigen::ArrayXXd rigidity = young * (h * h * h / (12.0 * (1.0 - nu * nu)));
@@ -132,8 +160,12 @@ Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot, cons
 Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
                           const Material& material, Eigen::Index nodes) {
     const Patch patch = cut_patch(surface, foot, material, nodes);
-    const plate::Compliance c = plate::extrapolated_centre_compliance(patch.problem);
-    return {1.0 / c.m_per_n, c.relative_error, patch.covered, patch.saddle};
+    try {
+        const plate::Compliance c = plate::extrapolated_centre_compliance(patch.problem);
+        return {1.0 / c.m_per_n, c.relative_error, patch.covered, patch.saddle};
+    } catch (const plate::Guard& guard) {
+        throw NoPatch(guard.what());
+    }
 }
 
 Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
@@ -149,7 +181,7 @@ Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& 
 std::vector<Displaced> dip(const contact::Surface& surface, const contact::Foot& foot,
                            const Material& material, double force_n, Eigen::Index nodes) {
     const Patch patch = cut_patch(surface, foot, material, nodes);
-    const Eigen::ArrayXXd w = plate::Plate(patch.problem).deflection_m(nodes / 2, nodes / 2) * force_n;
+    const Eigen::ArrayXXd w = unit_dip_m(patch) * force_n;
     const double step_m = material.patch_size_m / static_cast<double>(nodes - 1);
     std::vector<Displaced> moved;
     for (const PlatePoint& p : patch.points) {

@@ -22,7 +22,7 @@ struct Material {
     double tolerance = 1e-3;   ///< of the point stiffness, relative
 };
 
-/// A place where no plate can be cut: too little skin around it.
+/// A place that has no plate: too little skin around it, or a plate that no guard can vouch for.
 struct NoPatch : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -39,12 +39,12 @@ struct Patch {
     std::vector<PlatePoint> points;
     double covered;       ///< share of the nodes that have skin
     double gauss_per_m2;  ///< kappa1 kappa2
-    bool saddle;          ///< gauss < 0: no local foundation exists, the edge decides (MATH.md)
+    bool saddle;          ///< clearly gauss < 0: no local foundation exists, the edge decides (MATH.md)
 };
 
 /// The square patch around `foot`, `nodes` along each side (4 m + 1). Neighbourhood grown along the surface,
 /// weighted Pratt fit, chart, E interpolated to the nodes; nodes without skin are a free edge (D = 1e-6 Dmax,
-/// k_f = 0). Throws NoPatch when less than half is covered. About 0.4 ms.
+/// k_f = 0). Throws NoPatch when less than half is covered or the scan is too sparse for it. About 0.4 ms.
 [[nodiscard]] Patch cut_patch(const contact::Surface& surface, const contact::Foot& foot,
                               const Material& material, Eigen::Index nodes);
 
@@ -56,16 +56,16 @@ struct Stiffness {
 };
 
 /// The stiffness felt at `foot` on the coarsest of 33, 65 and 129 nodes whose estimated error meets the
-/// material's tolerance; on 129 when none does.
+/// material's tolerance; on 129 when none does. Throws NoPatch.
 [[nodiscard]] Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
                                         const Material& material);
 /// Cut, solve, extrapolate: the stiffness felt at `foot` for small depths. `nodes` on the finer of the two
-/// grids.
+/// grids. Throws NoPatch.
 [[nodiscard]] Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& foot,
                                         const Material& material, Eigen::Index nodes);
 
 /// How far each scan point near `foot` moves along the inward normal under `force_n` there (paper eq. 9: P' =
-/// P + w n).
+/// P + w n). Throws NoPatch.
 struct Displaced {
     cloud::Index point;
     Eigen::Vector3d by_m;

@@ -56,14 +56,14 @@ Frame centre_and_scale(std::span<const Eigen::Vector3d> points_m, std::span<cons
         sum += weights[i];
         ++n_weighted;
     }
-    if (n_weighted < 4) throw std::invalid_argument("fit_sphere: needs at least 4 points of positive weight");
+    if (n_weighted < 4) throw NoFit("fit_sphere: needs at least 4 points of positive weight");
     const Eigen::Vector3d origin = points_m[0] + mean / sum;
     double square = 0.0;
     for (std::size_t i = 0; i < points_m.size(); ++i) {
         if (weights[i] > 0.0) square += weights[i] * (points_m[i] - origin).squaredNorm();
     }
     const double scale = std::sqrt(square / sum);
-    if (!(scale > 0.0)) throw std::invalid_argument("fit_sphere: all points are in one place");
+    if (!(scale > 0.0)) throw NoFit("fit_sphere: all points are in one place");
     return {origin, scale};
 }
 

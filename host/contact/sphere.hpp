@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <span>
+#include <stdexcept>
 
 namespace palpate::contact {
 
@@ -21,10 +22,15 @@ struct Sphere {
     [[nodiscard]] Eigen::Vector3d project(const Eigen::Vector3d& at_m) const;
 };
 
+/// Points that no sphere can be fitted to.
+struct NoFit : std::invalid_argument {
+    using std::invalid_argument::invalid_argument;
+};
+
 /// Weighted Pratt fit: minimises sum w (algebraic distance)^2 under the constraint of eq. 1 (a generalised
 /// symmetric eigenproblem, solved after centring and scaling). `outward` gives the sign; points
-/// all round a sphere have none, then the object is inside. Throws std::invalid_argument with fewer than 4
-/// points of positive weight, or with all of them in one place. O(n), allocates nothing; 4 us for 55 points.
+/// all round a sphere have none, then the object is inside. Throws NoFit with fewer than 4 points of
+/// positive weight, or with all of them in one place. O(n), allocates nothing; 4 us for 55 points.
 [[nodiscard]] Sphere fit_sphere(std::span<const Eigen::Vector3d> points_m, std::span<const double> weights,
                                 const Eigen::Vector3d& outward);
 

@@ -207,10 +207,15 @@ Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
 
 std::optional<Foot> Surface::foot(const Eigen::Vector3d& at_m, cloud::Index seed) const {
+    return foot_from({impl_->cloud->points_m[seed], impl_->cloud->normals[seed], 0.0, 0.0, seed}, at_m);
+}
+
+/// Foot of `at_m` on the sheet of `begin`, iterated from there.
+std::optional<Foot> Surface::foot_from(const Foot& begin, const Eigen::Vector3d& at_m) const {
     Impl& d = *impl_;
-    cloud::Index nearest = seed;
-    Eigen::Vector3d p = d.cloud->points_m[seed];
-    Eigen::Vector3d normal = d.cloud->normals[seed];
+    cloud::Index nearest = begin.nearest;
+    Eigen::Vector3d p = begin.point_m;
+    Eigen::Vector3d normal = begin.normal;
     Accelerator accelerator;
     for (int step = 0; step < steps_max; ++step) {
         const std::optional<Sphere> sphere = d.fit(p, normal, nearest);
@@ -234,8 +239,10 @@ std::optional<double> Surface::along(const Eigen::Vector3d& at_m, const Eigen::V
     double t = 0.0;
     double t_before = 0.0;
     double gap_before = 0.0;
+    std::optional<Foot> here;
     for (int step = 0; step < along_steps_max; ++step) {
-        const std::optional<Foot> here = foot(at_m + t * direction, seed);
+        const Eigen::Vector3d place = at_m + t * direction;
+        here = here ? foot_from(*here, place) : foot(place, seed);
         if (!here) return std::nullopt;
         const double gap_m = here->distance_m - raise_m;
         double slope = here->normal.dot(direction);
@@ -249,7 +256,6 @@ std::optional<double> Surface::along(const Eigen::Vector3d& at_m, const Eigen::V
         if (std::fabs(change) < settled_m) return t + change;
         t_before = t;
         gap_before = gap_m;
-        seed = here->nearest;
         t += change;
         if (!(std::fabs(t) <= reach_m)) return std::nullopt;
     }

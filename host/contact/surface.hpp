@@ -46,6 +46,8 @@ public:
     [[nodiscard]] const cloud::Graph& graph() const;
 
 private:
+    [[nodiscard]] std::optional<Foot> foot_from(const Foot& begin, const Eigen::Vector3d& at_m) const;
+
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -3,27 +3,29 @@
 #include <cstring>
 #include <utility>
 
+#include "host/link/refusal.hpp"
+
 namespace palpate::link {
-namespace {
 
-constexpr std::uint32_t REFRESH_TICKS =
-    40;  // well within the 100 ticks after which the loop calls a table stale
-
-}  // namespace
-
-const pal_table& Publisher::publish(std::unique_ptr<pal_table> table, std::uint32_t now_tick) {
+const pal_table* Publisher::publish(std::unique_ptr<pal_table> table, std::uint32_t now_tick) {
+    table->id = last_id_ + 1;
+    pal_table_seal(table.get());
+    if (auto why = refusal_of(*table)) {
+        const float* at_m = table->made_for_m;
+        refused_.push_back({{at_m[0], at_m[1], at_m[2]}, std::move(*why)});
+        return nullptr;
+    }
     last_ = std::move(table);
+    last_id_ = last_->id;
     last_tick_ = now_tick;
-    last_->id = ++last_id_;
-    pal_table_seal(last_.get());
     std::memcpy(pal_table_ring_back(&link_->tables), last_.get(), last_->n_bytes);
     pal_table_ring_publish(&link_->tables);
-    return *last_;
+    return last_.get();
 }
 
 const pal_table* Publisher::refresh(std::uint32_t now_tick) {
     if (!last_ || now_tick - last_tick_ < REFRESH_TICKS) return nullptr;
-    return &publish(std::move(last_), now_tick);
+    return publish(std::move(last_), now_tick);
 }
 
 }  // namespace palpate::link

@@ -27,7 +27,8 @@ struct StiffnessRatio {
                                              std::span<const Touch> touches);
 
 /// Counts and ranges over all ticks: contact, forces, depth/h with its warning, k, faults, missed periods,
-/// table ages. Depths in object metres.
+/// table ages. Depths in object metres; forces and k as the hand
+/// feels them, k = position_scale force_scale times the object's.
 [[nodiscard]] Json run_figures(const scene::World& world, std::span<const pal_tick> ticks,
                                std::span<const Touch> touches);
 

@@ -1,5 +1,7 @@
 #include "host/scene/keys.hpp"
 
+#include "common/limits.h"
+
 namespace palpate::scene {
 
 #define PAL_FIELD(Owner, member)  \
@@ -35,7 +37,7 @@ std::span<const Key<Scene>> scene_keys() {
         {.name = "object.sides",
          .field = PAL_FIELD(Scene, object.sides),
          .example = "\"both\"",
-         .about = "outer: of a double wall, keep the side that is touched first",
+         .about = "outer: of a wall up to 3 spacings of the scan thick, only the side that is touched first",
          .choices = "both|outer"},
         {"object.package", PAL_FIELD(Scene, object.package), "\"glmark2-data\"",
          "what to install when points is missing"},
@@ -95,10 +97,16 @@ std::span<const Key<Scene>> scene_keys() {
          .example = "[0.0, 0.0, 0.0]",
          .about = "about x, then y, then z, after facing",
          .unit = "degrees"},
-        {"placement.position_scale", PAL_FIELD(Scene, placement.position_scale), "1.0",
-         "object metres per hand metre; only 1 for now"},
-        {"placement.force_scale", PAL_FIELD(Scene, placement.force_scale), "1.0",
-         "newtons on the hand per newton of the object; only 1 for now"},
+        {.name = "placement.position_scale",
+         .field = PAL_FIELD(Scene, placement.position_scale),
+         .example = "2.0",
+         .about = "object metres per hand metre; the stiffness in the hand grows with it",
+         .range = {.above = 0, .at_most = 1000}},
+        {.name = "placement.force_scale",
+         .field = PAL_FIELD(Scene, placement.force_scale),
+         .example = "0.5",
+         .about = "newtons on the hand per newton of the object",
+         .range = {.above = 0, .at_most = 1000}},
         {.name = "touch.tool_radius_m",
          .field = PAL_FIELD(Scene, touch.tool_radius_m),
          .example = "0.003",
@@ -117,13 +125,13 @@ std::span<const Key<Scene>> scene_keys() {
          .example = "8.0",
          .about = "longer force vectors are cut to this",
          .unit = "N",
-         .range = {.above = 0, .at_most = 8.9}},
+         .range = {.above = 0, .at_most = PAL_FORCE_DEVICE_MAX_N}},
         {.name = "touch.ramp_s",
          .field = PAL_FIELD(Scene, touch.ramp_s),
          .example = "1.0",
          .about = "soft start: the force grows from zero over this time",
          .unit = "s",
-         .range = {.at_least = 0, .at_most = 60}},
+         .range = {.at_least = 0, .at_most = PAL_RAMP_MAX_S}},
         {.name = "patch.size_m",
          .field = PAL_FIELD(Scene, patch.size_m),
          .example = "0.016",

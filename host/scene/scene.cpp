@@ -186,13 +186,6 @@ void check_whole(const Source& source, const Scene& scene) {
         source.fail("solver.table_nodes", "solver.table_nodes is " + std::to_string(nodes) +
                                               "; 0 or an odd number from 5 to 65 is expected");
     }
-    const auto one = [&](const char* name, double scale) {
-        if (scale == 1.0) return;
-        source.fail(name, std::string(name) + " is " + number_text(scale) +
-                              "; 1.0 is expected: other scales are not built yet");
-    };
-    one("placement.position_scale", scene.placement.position_scale);
-    one("placement.force_scale", scene.placement.force_scale);
 }
 
 std::string read_all(const std::filesystem::path& file) {

@@ -61,7 +61,8 @@ struct Placement {
     Vec3 at_m{};                  ///< ... this workspace point (0 = its middle)
     std::string facing = "keep";  ///< keep | operator
     Vec3 turn_deg{};
-    double position_scale = 1.0, force_scale = 1.0;
+    double position_scale = 1.0;  ///< object metres per hand metre
+    double force_scale = 1.0;     ///< newtons on the hand per newton on the object
 };
 
 enum class Law { potential, normal };

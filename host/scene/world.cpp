@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "common/frame.h"
+#include "host/cloud/outer_side.hpp"
 #include "host/cloud/text.hpp"
 #include "host/scene/frames.hpp"
 
@@ -165,6 +166,19 @@ void index(World& world) {
     world.spacing_m = cloud::median_spacing_m(world.cloud, *world.tree);
     world.surface =
         std::make_unique<contact::Surface>(world.cloud, *world.graph, SUPPORT_IN_SPACINGS * world.spacing_m);
+}
+
+/// object.sides = "outer": only the side of a double wall that the hand comes to first.
+void drop_other_side(World& world) {
+    const Scene& scene = world.scene;
+    if (scene.object.sides != "outer") return;
+    const Vector3d from_m =
+        vec(scene.hand.path.empty() ? scene.placement.focus_m : scene.hand.path.front().at_m);
+    const auto kept = cloud::outer_side(world.cloud, *world.tree, from_m);
+    world.n_other_side = world.cloud.points_m.size() - kept.size();
+    if (world.n_other_side == 0) return;
+    world.cloud = cloud::subset(world.cloud, kept);
+    index(world);
 }
 
 /// A stretch of the hand's path, as errors name it: one point, or what is between it and the next.
@@ -334,6 +348,7 @@ std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud) {
     scale(scene.object, world->cloud);
     check_size(*world);
     index(*world);
+    drop_other_side(*world);
     world->cloud.young_pa.assign(world->cloud.points_m.size(), scene.skin.young_pa);
     for (std::size_t i = 0; i < scene.changes.size(); ++i) apply(scene.changes[i], *world, i);
     place(*world);

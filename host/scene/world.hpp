@@ -43,7 +43,8 @@ struct World {
     std::unique_ptr<cloud::Tree> tree;
     std::unique_ptr<cloud::Graph> graph;
     std::unique_ptr<contact::Surface> surface;
-    double spacing_m = 0.0;  ///< median, between points
+    double spacing_m = 0.0;        ///< median, between points
+    std::size_t n_other_side = 0;  ///< points of the scan left out by object.sides = "outer"
     Pose pose;
     std::vector<Nodule> nodules;
     std::vector<Target> path;  ///< every 10 ms

@@ -19,9 +19,10 @@ constexpr double DEPTH_MIN_M =
     0.5e-3;  // K is matched at least this deep, so that it is defined without contact
 constexpr double DEPTH_MAX_M = 4.0e-3;
 
-/// Contact frame on the skin raised by the tool's radius, its sphere fitted to what the table covers.
-chart::Frame table_frame(const contact::Surface& surface, const contact::Foot& foot, double radius_m,
-                         double raise_m) {
+/// Contact frame on the skin raised by the tool's radius, its sphere fitted to the points within a radius;
+/// nullopt where they are too few.
+std::optional<chart::Frame> table_frame(const contact::Surface& surface, const contact::Foot& foot,
+                                        double radius_m, double raise_m) {
     std::vector<Vector3d> points;
     std::vector<double> weights;
     for (const cloud::Reached& r : surface.graph().grow(foot.nearest, 1.35 * radius_m, true)) {
@@ -29,10 +30,14 @@ chart::Frame table_frame(const contact::Surface& surface, const contact::Foot& f
         points.push_back(p);
         weights.push_back(contact::wendland((p - foot.point_m).norm() / radius_m));
     }
-    const contact::Sphere sphere = contact::fit_sphere(points, weights, foot.normal);
     const Vector3d origin = foot.point_m + raise_m * foot.normal;
-    const double kappa = sphere.kappa_per_m();
-    return chart::frame_at(origin, sphere.normal(origin), kappa / (1.0 + kappa * sphere.distance_m(origin)));
+    try {
+        const contact::Sphere sphere = contact::fit_sphere(points, weights, foot.normal);
+        const double kappa = sphere.kappa_per_m() / (1.0 + sphere.kappa_per_m() * sphere.distance_m(origin));
+        return chart::frame_at(origin, sphere.normal(origin), kappa);
+    } catch (const contact::NoFit&) {
+        return std::nullopt;
+    }
 }
 
 struct Node {
@@ -169,10 +174,10 @@ std::unique_ptr<pal_table> build(const contact::Surface& surface, const Stiffnes
                                  const BuildOptions& options, const Eigen::Vector3d& tool_m,
                                  const contact::Foot& foot, std::uint32_t made_for_tick) {
     const auto m = static_cast<Index>(options.n_nodes);
-    const double half_m = 0.5 * static_cast<double>(m - 1) * options.spacing_m;
-    const chart::Frame frame = table_frame(surface, foot, 1.6 * half_m, options.tool_radius_m);
+    const auto frame = table_frame(surface, foot, options.fit_radius_m, options.tool_radius_m);
+    if (!frame) return nullptr;
     const double depth_m = std::clamp(options.tool_radius_m - foot.distance_m, DEPTH_MIN_M, DEPTH_MAX_M);
-    const Sampler sampler(surface, field, options, frame, depth_m);
+    const Sampler sampler(surface, field, options, *frame, depth_m);
     const std::vector<Node> nodes = sample_nodes(sampler, m, options.spacing_m, {.nearest = foot.nearest});
     const double radius_m = valid_radius(nodes, m, options.spacing_m);
     if (!nodes[static_cast<std::size_t>((m / 2) * m + m / 2)].good || !(radius_m > options.spacing_m))
@@ -185,13 +190,13 @@ std::unique_ptr<pal_table> build(const contact::Surface& surface, const Stiffnes
     table->n_nodes = options.n_nodes;
     table->spacing_m = static_cast<float>(options.spacing_m);
     table->valid_radius_m = static_cast<float>(radius_m);
-    table->kappa_per_m = static_cast<float>(frame.kappa_per_m);
+    table->kappa_per_m = static_cast<float>(frame->kappa_per_m);
     table->depth_scale_m = static_cast<float>(options.thickness_m);
     for (int axis = 0; axis < 3; ++axis) {
-        table->p0_m[axis] = static_cast<float>(frame.origin_m[axis]);
+        table->p0_m[axis] = static_cast<float>(frame->origin_m[axis]);
         table->made_for_m[axis] = static_cast<float>(tool_m[axis]);
         for (int row = 0; row < 3; ++row)
-            table->axes[3 * row + axis] = static_cast<float>(frame.axes(row, axis));
+            table->axes[3 * row + axis] = static_cast<float>(frame->axes(row, axis));
     }
     store_fields(*table, nodes, m, options.thickness_m);
     to_hand(*table, options.position_scale, options.force_scale);

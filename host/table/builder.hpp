@@ -14,8 +14,9 @@ struct BuildOptions {
     pal_law law = PAL_LAW_POTENTIAL;
     double tool_radius_m = 0.003;
     double thickness_m = 0.0015;
-    double spacing_m = 0.0006;   ///< between nodes
-    std::uint32_t n_nodes = 17;  ///< odd
+    double spacing_m = 0.0006;     ///< between nodes
+    std::uint32_t n_nodes = 17;    ///< odd
+    double fit_radius_m = 0.0077;  ///< of the sphere's weights; several spacings of the scan
     std::uint64_t source_hash = 0;
     double position_scale = 1.0;  ///< object metres per hand metre
     double force_scale = 1.0;     ///< newtons in the hand per newton on the object

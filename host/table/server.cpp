@@ -6,11 +6,12 @@
 namespace palpate::table {
 namespace {
 
-// In spacings of the scan: half width of a table, between its nodes, and the move after which a new one is
-// due.
-constexpr double HALF_WIDTH = 4.8, NODE_SPACING = 0.6, MOVED = 1.2;
-constexpr double NODE_TOLERANCE =
-    1e-3;  // of k, for which nodes 0.6 spacings apart serve; the spline is of fourth order
+// In spacings of the scan: half width of a table, radius of its sphere's fit, between its nodes for
+// NODE_TOLERANCE.
+constexpr double HALF_WIDTH = 4.8, FIT_RADIUS = 1.6 * HALF_WIDTH, NODE_SPACING = 0.6;
+constexpr double NODE_TOLERANCE = 1e-3;  // of k; the spline is of fourth order
+// A new table is due after so many spacings of the scan, or this share of the last one's valid radius.
+constexpr double MOVED = 1.2, MOVED_IN_TABLE = 0.25;
 constexpr double DEEPER_M = 0.5e-3;
 
 /// Nodes along a side that keep the spline's share of the error in step with the tolerance.
@@ -25,14 +26,15 @@ std::uint32_t nodes_for(double tolerance) {
 
 BuildOptions build_options(const scene::World& world) {
     const scene::Scene& s = world.scene;
-    const bool asked = s.solver.table_nodes != 0;
-    const std::uint32_t n_nodes = asked ? s.solver.table_nodes : nodes_for(s.solver.tolerance);
-    const double spacing = asked ? NODE_SPACING : 2.0 * HALF_WIDTH / static_cast<double>(n_nodes - 1);
+    const std::uint32_t n_nodes =
+        s.solver.table_nodes != 0 ? s.solver.table_nodes : nodes_for(s.solver.tolerance);
+    const double spacing = 2.0 * HALF_WIDTH / static_cast<double>(n_nodes - 1);
     return {.law = s.touch.law == scene::Law::potential ? PAL_LAW_POTENTIAL : PAL_LAW_NORMAL,
             .tool_radius_m = s.touch.tool_radius_m,
             .thickness_m = s.skin.thickness_m,
             .spacing_m = spacing * world.spacing_m,
             .n_nodes = n_nodes,
+            .fit_radius_m = FIT_RADIUS * world.spacing_m,
             .source_hash = world.source_hash,
             .position_scale = s.placement.position_scale,
             .force_scale = s.placement.force_scale};
@@ -65,7 +67,7 @@ bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) 
     if (!given_) return true;
     const double depth_m = options_.tool_radius_m - foot.distance_m;
     const double deeper_m = std::max(depth_m, 0.0) - std::max(last_depth_m_, 0.0);
-    return (tool_m - last_tool_m_).norm() > MOVED * world_->spacing_m || std::abs(deeper_m) > DEEPER_M;
+    return (tool_m - last_tool_m_).norm() > last_serves_m_ || std::abs(deeper_m) > DEEPER_M;
 }
 
 std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
@@ -83,6 +85,8 @@ std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
             ++n_built_;
             given_ = true;
             last_tool_m_ = tool_m;
+            const double valid_m = options_.position_scale * static_cast<double>(table->valid_radius_m);
+            last_serves_m_ = std::min(MOVED * world_->spacing_m, MOVED_IN_TABLE * valid_m);
             last_depth_m_ = options_.tool_radius_m - foot->distance_m;
             return table;
         }

@@ -9,9 +9,8 @@
 
 namespace palpate::table {
 
-/// Node count, spacing and the rest for a scene. Without solver.table_nodes: a table 9.6 of the scan's
-/// spacings wide, with 17 nodes for a tolerance of 1e-3 and more of them for less; with it: that many, 0.6
-/// spacings apart.
+/// Node count, spacing and the rest for a scene: a table 9.6 of the scan's spacings wide, with
+/// solver.table_nodes along each side; where that is 0, with 17 for a tolerance of 1e-3 and more for less.
 [[nodiscard]] BuildOptions build_options(const scene::World& world);
 
 /// The scan points that the scene's path can reach: what to bake.
@@ -24,10 +23,10 @@ class Server {
 public:
     /// Borrowed; must outlive the server.
     Server(const scene::World& world, const StiffnessField& field, const BuildOptions& options);
-    /// A new table to publish after `record`, or nullptr: when the tool has moved on by a quarter of the last
-    /// one or pressed in further by 0.5 mm. None before the start ramp is over and the tool has been clear of
-    /// the object once: homing may leave it inside or behind, and a skin that appears around a tool would
-    /// throw it.
+    /// A new table to publish after `record`, or nullptr: when the tool has moved on by 1.2 spacings of the
+    /// scan or a quarter of the last one's valid radius, or pressed in further by 0.5 mm. None before the
+    /// start ramp is over and the tool has been clear of the object once: homing may leave it inside or
+    /// behind, and a skin that appears around a tool would throw it.
     [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
     /// Where the tool touches, as last seen.
     [[nodiscard]] const std::optional<contact::Contact>& contact() const { return contact_; }
@@ -46,7 +45,7 @@ private:
     std::optional<contact::Contact> contact_;
     bool engaged_ = false, given_ = false;
     Eigen::Vector3d last_tool_m_ = Eigen::Vector3d::Zero();
-    double last_depth_m_ = 0.0;
+    double last_depth_m_ = 0.0, last_serves_m_ = 0.0;  ///< the move after which the last one no longer does
     std::size_t n_built_ = 0, n_refused_ = 0;
 };
 

@@ -12,7 +12,11 @@ namespace palpate::table {
 namespace {
 
 constexpr double SUPPORT_IN_SPACINGS = 2.8;
-constexpr double RIM_IN_SPACINGS = 1.5;   // farther from every point than this there is no skin
+constexpr double RIM_IN_SPACINGS = 1.5;  // farther from every point than this there is no skin
+// Of the variance of the points' weighted mean: beyond it the points do not hold the polynomial. 2 to 30
+// among points, 400 half a spacing beyond a rim; a whole one beyond, where two rows are left for three terms,
+// the value is noise (17 to 4900 N/m on an even sheet of 426).
+constexpr double VARIANCE_MAX = 1e3;
 constexpr int QUADRATIC = 6, CUBIC = 10;  // terms of the local polynomial
 // Holds the cubic terms where points are few; a switch between degrees would make the field jump. 1e-6 to
 // 1e-3 do on the bunny, the last with the smallest force error.
@@ -53,7 +57,8 @@ const StiffnessField::Sample& StiffnessField::sample(cloud::Index point) const {
         shown_[point] = static_cast<float>(k.n_per_m);
         ++n_solved_;
         if (k.saddle) ++n_saddles_;
-    } catch (const chart::NoPatch&) {  // too near a rim: no value here, the neighbours' serve
+    } catch (const chart::NoPatch& no) {  // such as too near a rim: no value here, the neighbours' serve
+        why_not_ = no.what();
     }
     return s;
 }
@@ -87,7 +92,10 @@ FieldValue StiffnessField::at(const contact::Foot& foot) const {
     }
     if (n < QUADRATIC + 2) return NOTHING;
     for (int term = QUADRATIC; term < CUBIC; ++term) normal_matrix(term, term) += CUBIC_RIDGE * sum_weights;
-    const Eigen::Matrix<double, CUBIC, 1> c = normal_matrix.ldlt().solve(right);
+    const Eigen::LDLT<Eigen::Matrix<double, CUBIC, CUBIC>> factor(normal_matrix);
+    const double variance = sum_weights * factor.solve(Eigen::Matrix<double, CUBIC, 1>::Unit(0))(0);
+    if (!(variance > 0.0 && variance <= VARIANCE_MAX)) return NOTHING;
+    const Eigen::Matrix<double, CUBIC, 1> c = factor.solve(right);
     const double misfit = std::max(0.0, sum_squares - c.dot(right)) / sum_weights;
     if (!(c(0) > 0.0)) return NOTHING;
     return {c(0), plate_error + std::sqrt(misfit) / c(0)};

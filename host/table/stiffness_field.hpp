@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "host/chart/patch.hpp"
@@ -35,6 +36,8 @@ public:
     }  ///< NaN: not solved, or no plate
     [[nodiscard]] std::size_t n_solved() const { return n_solved_; }
     [[nodiscard]] std::size_t n_saddles() const { return n_saddles_; }
+    /// Why the last point without a plate has none, in words; empty when every point had one.
+    [[nodiscard]] const std::string& why_not() const { return why_not_; }
 
 private:
     struct Sample {
@@ -52,6 +55,7 @@ private:
     mutable std::vector<std::vector<cloud::Index>> near_;
     mutable std::vector<float> shown_;
     mutable std::size_t n_solved_ = 0, n_saddles_ = 0;
+    mutable std::string why_not_;
 };
 
 }  // namespace palpate::table

@@ -25,7 +25,10 @@ static const char HELP[] =
     "(device frame);\n"
     "                      without it the hand homes the device and holds it at the middle\n"
     "  --grip NAME         none, light, firm, or MASS,STIFFNESS,DAMPING in kg, N/m, N s/m; light\n"
-    "  --ramp-ticks N      milliseconds between homing and the path's start; 1500\n"
+    "                      without stiffness a helper homes the device and lets go when the path begins\n"
+    "  --ramp-ticks N      milliseconds between homing and the path's start, for the loop's soft start and "
+    "the way there;\n"
+    "                      give palpate-loop the same; 1000\n"
     "  --seed N            what the counters read before homing; 1\n"
     "  --watchdog-ms N     motors off after so long without a packet; 100\n"
     "  --die-with-parent   end when the process that started this one has ended ...\n"
@@ -154,7 +157,7 @@ static int serve(arguments* args) {
 }
 
 int main(int argc, char** argv) {
-    arguments args = {.ramp_ticks = 1500, .seed = 1, .watchdog_ms = 100, .linger_s = 5};
+    arguments args = {.ramp_ticks = 1000, .seed = 1, .watchdog_ms = 100, .linger_s = 5};
     args.serve.falcon = pal_falcon_sim_config_default();
     args.serve.hand.home_in_m[2] = PAL_HAND_HOME_IN_Z_M;
     (void)parse_grip("light", &args.serve.hand);

@@ -4,6 +4,9 @@
 
 static const double TICK_S = 1e-3;
 enum { HOMING_MOVE_TICKS = 400 };
+// The helper's grip: assumed, stiff enough to hold an effector of 0.2 kg up within 1 mm, without a mass of
+// its own.
+static const double HELPER_N_PER_M = 2000.0, HELPER_N_S_PER_M = 30.0;
 
 void pal_hand_init(pal_hand* hand, const pal_hand_config* config) {
     memset(hand, 0, sizeof *hand);
@@ -81,13 +84,21 @@ void pal_hand_advance(pal_hand* hand, bool homed, const double at_m[3]) {
     follow_path(hand);
 }
 
+/// Until the path begins; without a path until the device is homed.
+static bool needs_help(const pal_hand* hand) {
+    const bool over = hand->config.n_points > 0 ? hand->path_tick > 0 : hand->homed_tick > 0;
+    return !over && !(hand->config.stiffness_n_per_m > 0.0);
+}
+
 void pal_hand_push(const void* context, const double position_m[3], const double velocity_m_per_s[3],
                    double force_n[3]) {
     const pal_hand* hand = context;
+    const bool helped = needs_help(hand);
+    const double stiffness_n_per_m = helped ? HELPER_N_PER_M : hand->config.stiffness_n_per_m;
+    const double damping_n_s_per_m = helped ? HELPER_N_S_PER_M : hand->config.damping_n_s_per_m;
     for (int i = 0; i < 3; ++i) {
-        force_n[i] =
-            hand->config.stiffness_n_per_m * (hand->target_m[i] - position_m[i]) +
-            hand->config.damping_n_s_per_m * (hand->target_velocity_m_per_s[i] - velocity_m_per_s[i]);
+        force_n[i] = stiffness_n_per_m * (hand->target_m[i] - position_m[i]) +
+                     damping_n_s_per_m * (hand->target_velocity_m_per_s[i] - velocity_m_per_s[i]);
     }
     force_n[1] += hand->config.weight_n;
 }

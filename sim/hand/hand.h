@@ -1,6 +1,7 @@
 /// A simulated hand: an impedance (mass, spring, damper) whose equilibrium runs along a path. It homes the
 /// device first, as a person would, then waits at the path's start, then follows the path. It carries the
-/// effector's weight.
+/// effector's weight. A hand without stiffness cannot home: then a helper leads the grip to the path's start
+/// and lets go of it when the path begins (assumed: somebody homes a device before nobody holds it).
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,7 +19,8 @@ typedef struct pal_hand_point {
 
 typedef struct pal_hand_config {
     double mass_kg, stiffness_n_per_m,
-        damping_n_s_per_m;  ///< light 0.05 150 2, firm 0.15 500 8 (assumed); 0 0 0: no hand
+        damping_n_s_per_m;  ///< light 0.05 150 2, firm 0.15 500 8 (assumed); 0 0 0: no hand, once a helper
+                            ///< let go
     double weight_n;        ///< effector's weight that the hand carries, along +y; 0 when there is no hand
     const pal_hand_point* path;  ///< borrowed; straight lines between points
     uint32_t n_points;

@@ -77,7 +77,7 @@ void register_plate() {
             [=](benchmark::State& state) { error_and_time(state, n, compliance); });
     };
     for (const Index n : {9, 17, 33, 65}) add_size("plain " + std::to_string(n), n, plain);
-    for (const Index n : {13, 17, 33, 65}) {
+    for (const Index n : {9, 17, 33, 65}) {
         add_size("pair " + std::to_string((n + 1) / 2) + " + " + std::to_string(n), n, extrapolated);
     }
 }

@@ -23,11 +23,11 @@ double field(const pal_table& t, int plane, double u, double v) {
     const double middle = 0.5 * (t.n_nodes - 1.0);
     double sum = 0.0;
     for (int i = 0; i < side; ++i) {
-        const double bu = basis(u / double{t.spacing_m} + middle - (i - 1));
+        const double bu = basis(u / static_cast<double>(t.spacing_m) + middle - (i - 1));
         if (bu == 0.0) continue;
         for (int j = 0; j < side; ++j) {
-            sum += bu * basis(v / double{t.spacing_m} + middle - (j - 1)) *
-                   double{t.coef[plane * side * side + i * side + j]};
+            sum += bu * basis(v / static_cast<double>(t.spacing_m) + middle - (j - 1)) *
+                   static_cast<double>(t.coef[plane * side * side + i * side + j]);
         }
     }
     return sum;
@@ -42,9 +42,10 @@ struct Truth {
 Truth truth(const pal_table& t, const Vec& at) {
     Vec x{};
     for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t c = 0; c < 3; ++c) x[i] += double{t.axes[3 * i + c]} * (at[c] - double{t.p0_m[c]});
+        for (std::size_t c = 0; c < 3; ++c)
+            x[i] += static_cast<double>(t.axes[3 * i + c]) * (at[c] - static_cast<double>(t.p0_m[c]));
     }
-    const double kappa = double{t.kappa_per_m};
+    const double kappa = static_cast<double>(t.kappa_per_m);
     const double q = 1.0 + kappa * x[2];
     double height = x[2];
     if (kappa != 0.0) {
@@ -55,9 +56,9 @@ Truth truth(const pal_table& t, const Vec& at) {
     const double u = x[0] / q, v = x[1] / q;
     const double f = field(t, 0, u, v) - height;
     const double h = field(t, 2, u, v) * f;
-    const double psi =
-        (1.0 + double{t.psi[0]} * h + double{t.psi[1]} * h * h + double{t.psi[2]} * h * h * h * h) /
-        (1.0 + double{t.psi[3]} * h + double{t.psi[4]} * h * h);
+    const double psi = (1.0 + static_cast<double>(t.psi[0]) * h + static_cast<double>(t.psi[1]) * h * h +
+                        static_cast<double>(t.psi[2]) * h * h * h * h) /
+                       (1.0 + static_cast<double>(t.psi[3]) * h + static_cast<double>(t.psi[4]) * h * h);
     return {f, f > 0.0 ? 0.5 * field(t, 1, u, v) * f * f * psi : 0.0};
 }
 
@@ -87,8 +88,8 @@ std::unique_ptr<pal_table> bumpy(double kappa_per_m, pal_law law = PAL_LAW_POTEN
 Vec to_workspace(const pal_table& t, const Vec& x) {
     Vec at{};
     for (std::size_t c = 0; c < 3; ++c) {
-        at[c] = double{t.p0_m[c]};
-        for (std::size_t i = 0; i < 3; ++i) at[c] += double{t.axes[3 * i + c]} * x[i];
+        at[c] = static_cast<double>(t.p0_m[c]);
+        for (std::size_t i = 0; i < 3; ++i) at[c] += static_cast<double>(t.axes[3 * i + c]) * x[i];
     }
     return at;
 }
@@ -115,10 +116,10 @@ double lap_j(const pal_table& t, double* potential_max_j) {
                                             static_cast<float>(at[2])};
         pal_touch now;
         pal_table_touch(&t, place.data(), &now);
-        *potential_max_j = std::max(*potential_max_j, double{now.potential_j});
+        *potential_max_j = std::max(*potential_max_j, static_cast<double>(now.potential_j));
         for (std::size_t c = 0; n > 0 && c < 3; ++c) {
-            work += 0.5 * (double{now.force_n[c]} + double{before.force_n[c]}) *
-                    (double{place[c]} - double{was[c]});
+            work += 0.5 * (static_cast<double>(now.force_n[c]) + static_cast<double>(before.force_n[c])) *
+                    (static_cast<double>(place[c]) - static_cast<double>(was[c]));
         }
         before = now;
         was = place;
@@ -139,13 +140,14 @@ TEST_CASE("the force is minus the gradient of the potential, convex, concave and
     for (int n = 0; n < 400; ++n) {
         const Vec x = {6.0e-3 * unit(random), 6.0e-3 * unit(random), -2.0e-3 + 3.0e-3 * unit(random)};
         Vec at = to_workspace(*table, x);
-        for (double& c : at) c = double{static_cast<float>(c)};
+        for (double& c : at) c = static_cast<double>(static_cast<float>(c));
         const pal_touch felt = touch(*table, at);
         const Truth here = truth(*table, at);
         REQUIRE(felt.inside);
         if (std::fabs(here.f) < 1.0e-5) continue;
         CHECK((felt.depth_m > 0.0F) == (here.f > 0.0));
-        CHECK(std::fabs(double{felt.potential_j} - here.potential_j) < 1.0e-8 + 1.0e-5 * here.potential_j);
+        CHECK(std::fabs(static_cast<double>(felt.potential_j) - here.potential_j) <
+              1.0e-8 + 1.0e-5 * here.potential_j);
         n_pressed += here.f > 0.0 ? 1 : 0;
         for (std::size_t c = 0; c < 3; ++c) {
             constexpr double STEP_M = 1.0e-7;
@@ -154,7 +156,8 @@ TEST_CASE("the force is minus the gradient of the potential, convex, concave and
             upper[c] += STEP_M;
             const double slope =
                 (truth(*table, upper).potential_j - truth(*table, lower).potential_j) / (2.0 * STEP_M);
-            CHECK(std::fabs(double{felt.force_n[c]} + slope) < 1.0e-4);  // float32, forces to 5 N
+            CHECK(std::fabs(static_cast<double>(felt.force_n[c]) + slope) <
+                  1.0e-4);  // float32, forces to 5 N
         }
     }
     CHECK(n_pressed > 200);
@@ -183,7 +186,9 @@ TEST_CASE("the normal law makes (k2 - k1) d^2/2 from press soft, slide, release 
             for (int n = 0; n < N; ++n) {
                 const double m = (n + 0.5) / N;
                 const pal_touch felt = touch(*table, {x0 + m * (x1 - x0), 0.0, z0 + m * (z1 - z0)});
-                work += (double{felt.force_n[0]} * (x1 - x0) + double{felt.force_n[2]} * (z1 - z0)) / N;
+                work += (static_cast<double>(felt.force_n[0]) * (x1 - x0) +
+                         static_cast<double>(felt.force_n[2]) * (z1 - z0)) /
+                        N;
             }
         };
         path(-5.0e-3, 0.0, -5.0e-3, -4.0e-3);
@@ -224,7 +229,7 @@ TEST_CASE("beyond the valid radius, past the sphere's middle and for NaN the tab
         CHECK(felt.depth_m == 0.0F);
         for (const float f : felt.force_n) CHECK(f == 0.0F);
     }
-    CHECK_FALSE(touch(*flat, {0.0, 0.0, NAN}).inside);
+    CHECK_FALSE(touch(*flat, {0.0, 0.0, static_cast<double>(NAN)}).inside);
     CHECK(touch(*round, {0.0, 0.0, -0.0239}).inside);  // q = 0.203
     CHECK_FALSE(touch(*round, {0.0, 0.0, -0.0241}).inside);
     CHECK_FALSE(touch(*round, {0.0, 0.0, -0.06}).inside);
@@ -233,12 +238,13 @@ TEST_CASE("beyond the valid radius, past the sphere's middle and for NaN the tab
 TEST_CASE("crossing a cell line changes the force in proportion to the step") {
     const auto table = bumpy(1.0 / 0.03);
     for (int cell = -8; cell <= 8; ++cell) {
-        const double line = cell * double{table->spacing_m} * (1.0 - 2.0e-3 / 0.03);
+        const double line = cell * static_cast<double>(table->spacing_m) * (1.0 - 2.0e-3 / 0.03);
         const auto jump = [&](double step) {
             const pal_touch a = touch(*table, to_workspace(*table, {line - step, 1.0e-3, -2.0e-3}));
             const pal_touch b = touch(*table, to_workspace(*table, {line + step, 1.0e-3, -2.0e-3}));
             double sum = 0.0;
-            for (int c = 0; c < 3; ++c) sum += std::pow(double{b.force_n[c]} - double{a.force_n[c]}, 2);
+            for (int c = 0; c < 3; ++c)
+                sum += std::pow(static_cast<double>(b.force_n[c]) - static_cast<double>(a.force_n[c]), 2);
             return std::sqrt(sum);
         };
         CHECK(std::fabs(jump(2.0e-5) / jump(4.0e-5) - 0.5) < 0.05);

@@ -46,8 +46,8 @@ struct LoopBench {
         return drive.motor_counts[0] == 0 && drive.motor_counts[1] == 0 && drive.motor_counts[2] == 0;
     }
     [[nodiscard]] double force_n() const {
-        return std::sqrt(double{record.force_n[0]} * double{record.force_n[0]} +
-                         double{record.force_n[1]} * double{record.force_n[1]} +
-                         double{record.force_n[2]} * double{record.force_n[2]});
+        return std::sqrt(static_cast<double>(record.force_n[0]) * static_cast<double>(record.force_n[0]) +
+                         static_cast<double>(record.force_n[1]) * static_cast<double>(record.force_n[1]) +
+                         static_cast<double>(record.force_n[2]) * static_cast<double>(record.force_n[2]));
     }
 };

@@ -1,17 +1,22 @@
-# cmake -DNM=nm -DLIBRARY=libx.a -P nm_check.cmake: fails when the library needs anything but sqrtf and the four memory
-# functions, or holds data that can be written.
+# cmake -DNM=nm -DLIBRARY=libx.a -DALLOWED=sqrtf,... -P nm_check.cmake: fails when the library needs anything but its own
+# symbols, the four memory functions and the functions that are allowed to it by name, or holds data that can be written.
+# So: no heap, no stdio, no other libm, no state but the caller's.
+cmake_minimum_required(VERSION 3.22)
 execute_process(COMMAND ${NM} ${LIBRARY} OUTPUT_VARIABLE listing RESULT_VARIABLE status)
 if(NOT status EQUAL 0)
   message(FATAL_ERROR "nm cannot read ${LIBRARY}")
 endif()
+string(REPLACE "," ";" ALLOWED "${ALLOWED}")
+list(APPEND ALLOWED memcpy memset memmove memcmp _GLOBAL_OFFSET_TABLE_)
 string(REGEX MATCHALL "[^\n]+" lines "${listing}")
 set(n_symbols 0)
 set(bad)
 foreach(line IN LISTS lines)
   if(line MATCHES " U (.+)$")
     math(EXPR n_symbols "${n_symbols} + 1")
-    if(NOT CMAKE_MATCH_1 MATCHES "^(sqrtf|memcpy|memset|memmove|memcmp|pal_.*|PAL_.*|_GLOBAL_OFFSET_TABLE_)$")
-      list(APPEND bad "needs ${CMAKE_MATCH_1}")
+    set(name ${CMAKE_MATCH_1})
+    if(NOT name MATCHES "^(pal_|PAL_)" AND NOT name IN_LIST ALLOWED)
+      list(APPEND bad "needs ${name}")
     endif()
   elseif(line MATCHES " ([A-Za-z]) (.+)$")
     math(EXPR n_symbols "${n_symbols} + 1")

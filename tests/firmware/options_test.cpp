@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,27 @@ TEST_CASE("the loop may be asked for all that a Falcon is rated for") {
     CHECK(answer.options.force_max_n == 8.9F);
 }
 
+TEST_CASE("any force limit above zero is taken, as a scene takes it") {
+    const std::string least = GENERATE(as<std::string>{}, "1e-3", "9.9e-4", "1e-9");
+    const Answer answer = read({"--link", "/x", "--device", "link:/y", "--force-max-n", least});
+    REQUIRE(answer.ok);
+    CHECK(answer.options.force_max_n == std::stof(least));
+    // Too small for a float: the smallest normal one, for 0 is not a limit.
+    CHECK(read({"--link", "/x", "--device", "link:/y", "--force-max-n", "1e-300"}).options.force_max_n ==
+          std::numeric_limits<float>::min());
+}
+
+TEST_CASE("the soft start takes one second, here and in the help, as in a scene") {
+    CHECK(read({"--link", "/x", "--device", "link:/y"}).options.ramp_ticks == 1000);
+    char* text = nullptr;
+    std::size_t n_text = 0;
+    FILE* out = open_memstream(&text, &n_text);
+    pal_loop_options_help(out);
+    std::fclose(out);
+    CHECK(std::string(text, n_text).find("0 to 60000 (1000)") != std::string::npos);
+    std::free(text);
+}
+
 TEST_CASE("bad options are refused in one line that names them") {
     const std::vector<std::vector<std::string>> bad = {
         {},
@@ -61,7 +83,11 @@ TEST_CASE("bad options are refused in one line that names them") {
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "9"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "8.9000006"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "0"},
+        {"--link", "/x", "--device", "link:/y", "--force-max-n", "-0.0"},
+        {"--link", "/x", "--device", "link:/y", "--force-max-n", "-1e-9"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "nan"},
+        {"--link", "/x", "--device", "link:/y", "--force-max-n", "-nan"},
+        {"--link", "/x", "--device", "link:/y", "--force-max-n", "inf"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "4x"},
         {"--link", "/x", "--device", "link:/y", "--ramp-ticks", "-1"},
         {"--link", "/x", "--device", "link:/y", "--ramp-ticks", ""},

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "tests/firmware/loop_bench.hpp"
@@ -23,8 +24,8 @@ std::array<double, 3> motor_force_n(const LoopBench& bench) {
     std::array<double, 3> force{};
     for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < 3; ++i) {
-            force[c] -= double{jacobian[3 * i + c]} * bench.drive.motor_counts[i] /
-                        double{bench.config.delta->units_per_n_m};
+            force[c] -= static_cast<double>(jacobian[3 * i + c]) * bench.drive.motor_counts[i] /
+                        static_cast<double>(bench.config.delta->units_per_n_m);
         }
     }
     return force;
@@ -40,8 +41,9 @@ TEST_CASE("the motors make the force that the table says, to the rounding of a m
         bench.move(3.0e-3, -2.0e-3, -depth_m);
         CHECK(bench.step() == 0);
         const auto made_n = motor_force_n(bench);
-        CHECK(std::fabs(double{bench.record.depth_m} - depth_m) < 3.0e-5);  // one encoder count is 48 um
-        CHECK(std::fabs(made_n[2] - 800.0 * double{bench.record.depth_m}) < 0.01);
+        CHECK(std::fabs(static_cast<double>(bench.record.depth_m) - depth_m) <
+              3.0e-5);  // one encoder count is 48 um
+        CHECK(std::fabs(made_n[2] - 800.0 * static_cast<double>(bench.record.depth_m)) < 0.01);
         CHECK(std::fabs(made_n[0]) < 0.01);
         CHECK(std::fabs(made_n[1]) < 0.01);
         CHECK(std::fabs(bench.record.k_n_per_m - 800.0F) < 1.0e-3F);
@@ -64,6 +66,19 @@ TEST_CASE("a force above the limit is cut in length and keeps its direction") {
     CHECK(r.force_n[0] < -1.0F);
 }
 
+TEST_CASE("a force limit of next to nothing gives no motor words and no fault but the clamp") {
+    // 0: what a stand makes of a scene's 1e-300 N.
+    const float limit_n = GENERATE(as<float>{}, 1.0e-9F, std::numeric_limits<float>::min(), 0.0F);
+    LoopBench bench;
+    const auto table = skin(800.0, 1);
+    bench.given.now = table.get();
+    bench.config.force_max_n = limit_n;
+    bench.move(0.0, 0.0, -2.0e-3);
+    CHECK(bench.step() == PAL_FAULT_FORCE_CLAMP);
+    CHECK(bench.motors_are_zero());
+    CHECK(bench.force_n() <= 1.0001 * static_cast<double>(limit_n));
+}
+
 TEST_CASE("motor words beyond the limit are scaled together, so the direction stays") {
     LoopBench bench;
     pal_delta weak = PAL_DELTA_NF1;
@@ -81,9 +96,10 @@ TEST_CASE("motor words beyond the limit are scaled together, so the direction st
     CHECK(largest == 300);
     const auto made_n = motor_force_n(bench);
     for (std::size_t c = 0; c < 3; ++c) {
-        CHECK(std::fabs(made_n[c] - double{bench.record.force_n[c]}) < 0.02);
-        CHECK(std::fabs(made_n[c] / made_n[2] - double{bench.record.table_force_n[c]} /
-                                                    double{bench.record.table_force_n[2]}) < 0.01);
+        CHECK(std::fabs(made_n[c] - static_cast<double>(bench.record.force_n[c])) < 0.02);
+        CHECK(std::fabs(made_n[c] / made_n[2] - static_cast<double>(bench.record.table_force_n[c]) /
+                                                    static_cast<double>(bench.record.table_force_n[2])) <
+              0.01);
     }
 }
 
@@ -94,7 +110,7 @@ TEST_CASE("a new table fades in over its ticks without a jump and its work is bo
     bench.given.now = soft.get();
     bench.move(0.0, 0.0, -2.0e-3);
     bench.step(3);
-    const double depth_m = double{bench.record.depth_m};
+    const double depth_m = static_cast<double>(bench.record.depth_m);
     double last_n = bench.force_n();
     bench.given = {stiff.get(), soft.get(), 0};
     for (int n = 1; n <= 16; ++n) {
@@ -108,7 +124,7 @@ TEST_CASE("a new table fades in over its ticks without a jump and its work is bo
         CHECK(pal_loop_fading(&bench.config, &bench.loop) == (n < 16));
         last_n = bench.force_n();
     }
-    CHECK(std::fabs(double{bench.record.fade_work_j} - 150.0 * depth_m * depth_m) < 1.0e-8);
+    CHECK(std::fabs(static_cast<double>(bench.record.fade_work_j) - 150.0 * depth_m * depth_m) < 1.0e-8);
     bench.step(5);
     CHECK(std::fabs(bench.force_n() - 800.0 * depth_m) < 1.0e-4);
 }
@@ -122,12 +138,12 @@ TEST_CASE("the old table's last answer holds when the tool leaves it during the 
     bench.given.now = old.get();
     bench.move(9.9e-3, 0.0, -2.0e-3);
     bench.step(2);
-    const double before_n = double{bench.record.table_force_n[2]};
+    const double before_n = static_cast<double>(bench.record.table_force_n[2]);
     bench.given = {next.get(), old.get(), 0};
     bench.move(10.3e-3, 0.0, -2.0e-3);
     for (int n = 0; n < 16; ++n) {
         CHECK(bench.step() == 0);
-        CHECK(std::fabs(double{bench.record.table_force_n[2]} - before_n) < 0.03);
+        CHECK(std::fabs(static_cast<double>(bench.record.table_force_n[2]) - before_n) < 0.03);
     }
 }
 
@@ -158,10 +174,10 @@ TEST_CASE("pressing in gives the hand minus the stored energy") {
         bench.move(0.0, 0.0, -4.0e-3 * n / 400.0);
         bench.step();
     }
-    const double stored_j = double{bench.record.potential_j};
+    const double stored_j = static_cast<double>(bench.record.potential_j);
     CHECK(std::fabs(stored_j - 6.4e-3) < 2.0e-4);
     // Held forces: the hand gets K dx^2/2 too much in each tick of travel dx.
-    CHECK(std::fabs(double{bench.record.hand_work_j} + stored_j) < 0.02 * stored_j);
+    CHECK(std::fabs(static_cast<double>(bench.record.hand_work_j) + stored_j) < 0.02 * stored_j);
 }
 
 TEST_CASE("the velocity is the slope of a steady motion") {
@@ -172,7 +188,7 @@ TEST_CASE("the velocity is the slope of a steady motion") {
     for (int n = 0; n < 250; ++n) {
         bench.move(0.0, 0.0, 5.0e-3 + 1.0e-4 * n);
         bench.step();
-        if (n >= 150) mean += double{bench.record.velocity_m_per_s[2]} / 100.0;
+        if (n >= 150) mean += static_cast<double>(bench.record.velocity_m_per_s[2]) / 100.0;
     }
     CHECK(std::fabs(mean - 0.1) < 2.0e-3);
 }

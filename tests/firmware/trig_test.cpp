@@ -10,14 +10,14 @@ TEST_CASE("sine and cosine are good to 1e-7 over +-4 rad and 2e-7 over the whole
     for (int i = -2000000; i <= 2000000; ++i) {
         const float near_rad = static_cast<float>(i * 2.0e-6);
         const float far_rad = static_cast<float>(i * 5.0e-4);
-        worst_near = std::fmax(
-            worst_near, std::fabs(static_cast<double>(pal_sin(near_rad)) - std::sin(double{near_rad})));
-        worst_near = std::fmax(
-            worst_near, std::fabs(static_cast<double>(pal_cos(near_rad)) - std::cos(double{near_rad})));
-        worst_far = std::fmax(worst_far,
-                              std::fabs(static_cast<double>(pal_sin(far_rad)) - std::sin(double{far_rad})));
-        worst_far = std::fmax(worst_far,
-                              std::fabs(static_cast<double>(pal_cos(far_rad)) - std::cos(double{far_rad})));
+        worst_near = std::fmax(worst_near, std::fabs(static_cast<double>(pal_sin(near_rad)) -
+                                                     std::sin(static_cast<double>(near_rad))));
+        worst_near = std::fmax(worst_near, std::fabs(static_cast<double>(pal_cos(near_rad)) -
+                                                     std::cos(static_cast<double>(near_rad))));
+        worst_far = std::fmax(worst_far, std::fabs(static_cast<double>(pal_sin(far_rad)) -
+                                                   std::sin(static_cast<double>(far_rad))));
+        worst_far = std::fmax(worst_far, std::fabs(static_cast<double>(pal_cos(far_rad)) -
+                                                   std::cos(static_cast<double>(far_rad))));
     }
     CHECK(worst_near < 1.0e-7);
     CHECK(worst_far < 2.0e-7);
@@ -30,8 +30,8 @@ TEST_CASE("the arc tangent is good to 3e-7 all the way round, whatever the radiu
         const double radius = i % 3 == 0 ? 1.0e-12 : i % 3 == 1 ? 1.0 : 1.0e12;
         const float y = static_cast<float>(radius * std::sin(angle));
         const float x = static_cast<float>(radius * std::cos(angle));
-        worst = std::fmax(worst,
-                          std::fabs(static_cast<double>(pal_atan2(y, x)) - std::atan2(double{y}, double{x})));
+        worst = std::fmax(worst, std::fabs(static_cast<double>(pal_atan2(y, x)) -
+                                           std::atan2(static_cast<double>(y), static_cast<double>(x))));
     }
     CHECK(worst < 3.0e-7);
 }

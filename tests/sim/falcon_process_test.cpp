@@ -111,6 +111,14 @@ std::string path_file(const std::string& text) {
     return name;
 }
 
+/// The whole number that a status names so.
+long number(const std::string& status, const std::string& name) {
+    const std::string key = "\"" + name + "\":";
+    const auto at = status.find(key);
+    REQUIRE(at != std::string::npos);
+    return std::stol(status.substr(at + key.size()));
+}
+
 const std::string kPush = "<IODAIODAIODABA>";  // 1000 1000 1000, homing
 
 }  // namespace
@@ -159,6 +167,52 @@ TEST_CASE("the process homes when it is asked to, then the hand follows its path
     close(device);
     CHECK(process.end(SIGTERM) == 0);
     CHECK_FALSE(left_behind());
+}
+
+TEST_CASE("by default the path begins one second after homing", "[process]") {
+    Process process({});
+    const int device = connect_to(kSocket);
+    REQUIRE(device >= 0);
+    const std::string homing = "<AAAAAAAAAAAABA>";
+    REQUIRE(send(device, homing.data(), homing.size(), MSG_NOSIGNAL) == 16);
+    long not_yet = 0;  // the last tick that was seen before homing, and the first after it
+    long homed = 0;
+    while (homed == 0) {
+        const std::string status = process.ask("status");
+        REQUIRE_FALSE(status.empty());
+        const bool is_homed = status.find("\"homed\":true") != std::string::npos;
+        (is_homed ? homed : not_yet) = number(status, "tick");
+    }
+    std::string status;
+    do status = process.ask("status");
+    while (!status.empty() && number(status, "path_tick") == 0);
+    const long begins = number(status, "tick") - number(status, "path_tick") + 1;
+    // The hand learns of homing in the next tick; from then on it waits.
+    CHECK(begins - 1000 > not_yet + 1);
+    CHECK(begins - 1000 <= homed + 1);
+    CHECK(call("--help").words.find("; 1000\n") != std::string::npos);
+    close(device);
+}
+
+TEST_CASE("without a hand the process homes all the same, and lets go when the path begins", "[process]") {
+    Process process({"--grip", "none", "--ramp-ticks", "300"});
+    const int device = connect_to(kSocket);
+    REQUIRE(device >= 0);
+    const std::string homing = "<AAAAAAAAAAAABA>";
+    REQUIRE(send(device, homing.data(), homing.size(), MSG_NOSIGNAL) == 16);
+    // 5000 ticks are ten times what it takes.
+    std::string status;
+    do status = process.ask("status");
+    while (!status.empty() && number(status, "tick") < 5000 && number(status, "path_tick") < 1000);
+    CHECK(status.find("\"homed\":true") != std::string::npos);
+    CHECK(number(status, "path_tick") >= 1000);
+    const auto at = status.find("\"position_m\":[");
+    REQUIRE(at != std::string::npos);
+    double x = 0;
+    double y = 0;
+    REQUIRE(std::sscanf(status.c_str() + at, "\"position_m\":[%lf,%lf", &x, &y) == 2);
+    CHECK(y < -0.03);
+    close(device);
 }
 
 TEST_CASE("a second client is hung up on while the first one stays", "[process]") {

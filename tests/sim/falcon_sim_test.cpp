@@ -310,9 +310,9 @@ TEST_CASE("a configuration that makes no sense is refused") {
     const int wrong = GENERATE(range(0, 9));
     pal_falcon_sim_config config = pal_falcon_sim_config_default();
     if (wrong == 0) config.mass_kg = 0;
-    if (wrong == 1) config.mass_kg = NAN;
+    if (wrong == 1) config.mass_kg = static_cast<double>(NAN);
     if (wrong == 2) config.viscous_n_s_per_m = -1;
-    if (wrong == 3) config.coulomb_n = INFINITY;
+    if (wrong == 3) config.coulomb_n = static_cast<double>(INFINITY);
     if (wrong == 4) config.units_per_n_m = 0;
     if (wrong == 5) config.n_substeps = 0;
     if (wrong == 6) config.delay_ticks = PAL_FALCON_DELAY_MAX + 1;

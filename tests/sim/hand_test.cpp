@@ -167,3 +167,65 @@ TEST_CASE("a light and a firm hand both home the device and then hold it at the 
     // Dry friction leaves it c / K off at most.
     CHECK(distance(sim.position_m, {0, 0, 0.13}) <= 0.3 / c.config.stiffness_n_per_m);
 }
+
+TEST_CASE("where nobody holds the grip a helper homes the device, leads it to the path's start and lets go") {
+    const double damping = GENERATE(as<double>{}, 0.0, 5.0);  // a hand may damp without a spring
+    pal_falcon_sim_config device = pal_falcon_sim_config_default();
+    pal_falcon_sim sim;
+    REQUIRE(pal_falcon_sim_init(&sim, &device));
+    Case c(800);
+    c.config.stiffness_n_per_m = 0;
+    c.config.damping_n_s_per_m = damping;
+    pal_hand_init(&c.hand, &c.config);
+    sim.homing = 1;
+    const auto tick = [&] {
+        pal_hand_advance(&c.hand, sim.homed == 7, sim.position_m);
+        pal_falcon_sim_advance(&sim, pal_hand_push, &c.hand, c.config.mass_kg);
+    };
+    while (c.hand.tick < 600 && c.hand.homed_tick == 0) tick();
+    REQUIRE(c.hand.homed_tick > 200);
+    while (c.hand.tick < c.hand.homed_tick + 799) tick();
+    REQUIRE(c.hand.path_tick == 0);
+    // Its spring is 2000 N/m: the effector's 1.962 N and the dry friction of 0.3 N leave it that far off at
+    // most.
+    CHECK(distance(sim.position_m, {0, 0, 0.13}) <= (1.962 + 0.3) / 2000);
+    tick();
+    REQUIRE(c.hand.path_tick == 1);
+    const double at[3] = {0.01, 0.02, 0.03};
+    const double velocity[3] = {0.1, 0, 0};
+    const double still[3] = {0, 0, 0};
+    double force[3];
+    pal_hand_push(&c.hand, at, still, force);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(force[i] == damping * c.hand.target_velocity_m_per_s[i]);
+    pal_hand_push(&c.hand, at, velocity, force);
+    CHECK(force[0] == Approx(damping * (c.hand.target_velocity_m_per_s[0] - 0.1)));
+    for (int n = 0; n < 1000; ++n) tick();
+    CHECK(sim.position_m[1] < -0.03);  // it fell to the end of its travel
+}
+
+TEST_CASE("without a path the helper lets go as soon as the device is homed") {
+    Case c(800);
+    c.config.stiffness_n_per_m = c.config.damping_n_s_per_m = 0;
+    c.config.n_points = 0;
+    pal_hand_init(&c.hand, &c.config);
+    const double still[3] = {0, 0, 0};
+    double force[3];
+    c.run(450, false);
+    pal_hand_push(&c.hand, kStart.data(), still, force);
+    CHECK(force[2] < -50);
+    c.run(1, true);
+    pal_hand_push(&c.hand, kStart.data(), still, force);
+    for (const double axis : force) CHECK(axis == 0);
+}
+
+TEST_CASE("a hand with a spring, however soft, has no helper") {
+    Case c(0);
+    c.config.stiffness_n_per_m = 1e-3;
+    c.config.damping_n_s_per_m = 0;
+    pal_hand_init(&c.hand, &c.config);
+    c.run(400, false);
+    const double still[3] = {0, 0, 0};
+    double force[3];
+    pal_hand_push(&c.hand, kStart.data(), still, force);
+    CHECK(force[2] == Approx(1e-3 * (0.07 - kStart[2])));
+}

@@ -185,8 +185,8 @@ TEST_CASE("a position outside the workspace has no arm angles and leaves the out
                                             {0, -0.15, 0.12},
                                             {0, 0, -0.12},
                                             {0, 0, 0},
-                                            {NAN, 0, 0.12},
-                                            {0, INFINITY, 0.12}}));
+                                            {static_cast<double>(NAN), 0, 0.12},
+                                            {0, static_cast<double>(INFINITY), 0.12}}));
     double theta[3] = {1, 2, 3};
     CHECK_FALSE(pal_falcon_sim_theta(at.data(), theta));
     CHECK(theta[0] == 1);

@@ -65,6 +65,12 @@ struct Bench {
         fill_flat(*pal_table_ring_back(&link->tables), next_id++, level_m, stiffness_n_per_m);
         pal_table_ring_publish(&link->tables);
     }
+    /// The same stand from its start, with `config` as it is now.
+    void restart() {
+        pal_stand_free(stand);
+        stand = pal_stand_new(&config, link.get());
+        REQUIRE(stand != nullptr);
+    }
     /// Publishes the same sheet every 50 ticks, as a host does.
     std::vector<pal_tick> run(int n_ticks) {
         std::vector<pal_tick> ticks(static_cast<std::size_t>(n_ticks));
@@ -117,10 +123,9 @@ TEST_CASE("one encoder count at the start shows in the records of a run") {
     std::array<std::vector<pal_tick>, 2> runs;
     for (std::size_t i = 0; i < 2; ++i) {
         Bench bench(press_to(0.01));
-        pal_stand_free(bench.stand);
         bench.config.falcon.start_offset_counts[0] =
             static_cast<int16_t>(bench.config.falcon.start_offset_counts[0] + static_cast<int>(i));
-        bench.stand = pal_stand_new(&bench.config, bench.link.get());
+        bench.restart();
         runs[i] = bench.run(10);
     }
     CHECK(std::memcmp(runs[0].data(), runs[1].data(), runs[0].size() * sizeof(pal_tick)) != 0);
@@ -157,6 +162,24 @@ TEST_CASE("every tick from the first has a sample, and homing and path follow ea
     }
     CHECK(homed_at > 100);
     CHECK(homed_at < 500);
+}
+
+TEST_CASE("a device that nobody holds is homed and then left alone on its path") {
+    Bench bench(press_to(0.01));
+    bench.config.hand.mass_kg = bench.config.hand.stiffness_n_per_m = bench.config.hand.damping_n_s_per_m = 0;
+    bench.config.hand.weight_n = 0;
+    bench.restart();
+    const auto ticks = bench.run(2500);
+    const auto begins =
+        std::find_if(ticks.begin(), ticks.end(), [](const pal_tick& tick) { return tick.path_tick == 1; });
+    REQUIRE(begins != ticks.end());
+    CHECK(begins->homed == 7);
+    CHECK(begins->truth_position_m[2] == Approx(0.01).margin(1e-3));
+    // Free fall against the friction of the device alone, which is 2 N s/m and 0.3 N, 50 ticks long.
+    const pal_tick& falling = *(begins + 50);
+    CHECK(falling.truth_position_m[1] - begins->truth_position_m[1] ==
+          Approx(-0.5 * (9.81 - 0.3 / 0.2) * 0.05 * 0.05).epsilon(0.25));
+    CHECK(ticks.back().truth_position_m[1] < -0.03F);
 }
 
 TEST_CASE("a table that was published before a tick is used in it, and a bad one is refused") {

@@ -65,6 +65,18 @@ TEST_CASE("a uniform square comes out exact on every grid, however coarse for it
     }
 }
 
+TEST_CASE("nine nodes are enough, and one fewer row is not") {
+    for (const double s : {0.0, 6.7, 13.5}) {
+        const Compliance compliance = extrapolated_centre_compliance(on_foundation(unit_square(9, one), s));
+        CHECK(compliance.m_per_n == Approx(uniform_square_compliance(s)).epsilon(1e-8));
+        CHECK(compliance.relative_error < 1e-5);
+    }
+    const Compliance hill = extrapolated_centre_compliance(unit_square(9, gauss));
+    const double truth = extrapolated_centre_compliance(unit_square(65, gauss)).m_per_n;
+    CHECK(std::fabs(hill.m_per_n / truth - 1.0) <= 2.0 * hill.relative_error);
+    CHECK_THROWS_AS(extrapolated_centre_compliance(unit_square(5, one)), std::invalid_argument);
+}
+
 struct Known {
     std::string name;
     double (*rigidity)(double, double);

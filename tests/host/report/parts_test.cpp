@@ -107,3 +107,14 @@ TEST_CASE("contact without a table is contact: late tables are counted and make 
     CHECK(late.error.n_without_table > 100);
     CHECK(late.error.total.rms_relative > 0.3);
 }
+
+TEST_CASE("what the listener to progress throws ends the check") {
+    struct Enough {};
+    app::Progress quiet(true);
+    const app::Prepared prepared = app::prepare(scene::build(sheet_scene(PAL_TEST_FOLDER)), quiet);
+    const app::RunResult run = app::run_virtual(prepared, {}, quiet);
+    const auto touches = report::touches(*prepared.world, run.ticks);
+    CHECK_THROWS_AS(report::force_error(*prepared.world, run.ticks, touches, run.tables,
+                                        app::loop_model(prepared), true, [](double) { throw Enough{}; }),
+                    Enough);
+}

@@ -158,12 +158,16 @@ TEST_CASE("a number outside its range is refused with the range") {
     refused("solver", "delay_ticks = 4294967297");
     refused("run", "duration_s = -1");
     refused("run", "seed = -1");
-    refused("placement", "position_scale = 2");
-    refused("placement", "force_scale = 0.5");
+    for (const char* scale : {"position_scale", "force_scale"}) {
+        for (const char* value : {" = 0", " = -1", " = 1001", " = nan"})
+            refused("placement", std::string(scale) + value);
+    }
     CHECK(said(with("0.002", "0")).substr(0, 24) == "7: skin.thickness_m is 0");
     CHECK(said(with("1e5", "0")).substr(0, 21) == "6: skin.young_pa is 0");
     CHECK(said(with("length_unit = \"mm\"", "size_m = -1")).substr(0, 22) == "4: object.size_m is -1");
     CHECK(said(GOOD + "[touch]\nforce_max_n = 8.9\n[solver]\ntable_nodes = 65\n") == "nothing");
+    CHECK(said(GOOD + "[touch]\nforce_max_n = 1e-9\nramp_s = 60\n") == "nothing");
+    CHECK(said(GOOD + "[placement]\nposition_scale = 2\nforce_scale = 0.5\n") == "nothing");
 }
 
 TEST_CASE("a change that cannot be is refused") {

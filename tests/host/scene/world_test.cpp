@@ -232,3 +232,57 @@ TEST_CASE("one ulp in one point's modulus, however far away, is another source")
     world->cloud.young_pa.back() = std::nextafter(world->cloud.young_pa.back(), 2e6);
     CHECK(scene::source_hash_of(*world) != before);
 }
+
+namespace {
+
+/// Two walls 0.6 mm apart, the upper one in z = 0, each facing away from the other.
+cloud::Cloud thin_wall() {
+    cloud::Cloud cloud = sheets::flat(0.04);
+    cloud.normals.assign(cloud.points_m.size(), Vector3d::UnitZ());
+    for (std::size_t i = 0, n = cloud.points_m.size(); i < n; ++i) {
+        cloud.points_m.push_back(cloud.points_m[i] - Vector3d(0, 0, 0.6e-3));
+        cloud.normals.push_back(-Vector3d::UnitZ());
+    }
+    return cloud;
+}
+
+}  // namespace
+
+TEST_CASE("sides = outer makes of a thin double wall the single wall that is touched first") {
+    scene::Scene scene = sheets::skin(1e6);
+    const auto single = scene::build(scene, sheets::flat(0.04));
+    const auto both = scene::build(scene, thin_wall());
+    const std::size_t n = single->cloud.points_m.size();
+    CHECK(both->n_other_side == 0);
+    CHECK(both->cloud.points_m.size() == 2 * n);
+    CHECK(both->spacing_m == Approx(0.6e-3));
+
+    scene.object.sides = "outer";
+    const auto upper = scene::build(scene, thin_wall());  // no path: from the focus, (0, 0, 0)
+    CHECK(upper->n_other_side == n);
+    CHECK(upper->source_hash == single->source_hash);
+    CHECK(upper->object_hash == both->object_hash);  // the scan is the same
+    CHECK(upper->spacing_m == Approx(1e-3));
+    CHECK(upper->cloud.young_pa.size() == n);
+
+    scene.hand.path = {{0.0, {0.0004, 0.0003, -0.0006}, -0.01}, {0.1, {0.005, 0, -0.0006}, 0.001}};
+    const auto lower = scene::build(scene, thin_wall());
+    CHECK(lower->n_other_side == n);
+    CHECK(lower->cloud.normals.front().z() == -1.0);
+    CHECK(lower->path.front().tool_m.z() == Approx(-0.0136));
+
+    scene.hand.path.front().at_m[2] = 0.0;  // the path's own begin decides, not its rest
+    CHECK(scene::build(scene, thin_wall())->cloud.normals.front().z() == 1.0);
+}
+
+TEST_CASE("a path is held to the hand's workspace, not to the object's, whatever the scale") {
+    const std::string path = PATH + point(0.0, -0.02, -0.01) + point(1.0, 0.02, 0.002) + "]\n";
+    const auto scaled = [&](const std::string& scale) {
+        return refusal(path + "[placement]\nat_m = [0.02, 0, 0.02]\nposition_scale = " + scale + "\n",
+                       sheets::flat(0.05));
+    };
+    CHECK(scaled("2").empty());
+    CHECK(scaled("0.7").empty());
+    CHECK_THAT(scaled("0.5"), StartsWith("s.toml:11: hand.path[1] at t_s = 1 is 10.0 mm beyond the workspace "
+                                         "along +x (limit 50.0 mm)"));
+}

@@ -91,6 +91,21 @@ TEST_CASE("a table passes the loop's check and says what it was made from") {
           Approx(1.0 / 0.033).epsilon(0.02));  // raised by the tool's radius
 }
 
+TEST_CASE("fewer nodes make a smaller table in the same frame, however fine they are") {
+    Bump bump = spotted_cap();
+    const auto full = sheets::table_at(*bump.world, *bump.field, bump.options, {1e-3, 0, 0}, 2e-3);
+    bump.options.n_nodes = 7;
+    bump.options.spacing_m = 0.2e-3;  // 1.2 mm wide, on a scan of 1 mm
+    const auto small = sheets::table_at(*bump.world, *bump.field, bump.options, {1e-3, 0, 0}, 2e-3);
+    REQUIRE(full);
+    REQUIRE(small);
+    CHECK(small->kappa_per_m == full->kappa_per_m);
+    for (int i = 0; i < 3; ++i) CHECK(small->p0_m[i] == full->p0_m[i]);
+    for (int i = 0; i < 9; ++i) CHECK(small->axes[i] == full->axes[i]);
+    const Vector3d at(1.2e-3, -1e-4, bump.options.tool_radius_m - 2e-3);
+    CHECK((table_force(*small, at) - table_force(*full, at)).norm() < 0.01 * table_force(*full, at).norm());
+}
+
 TEST_CASE("near a rim the table's valid radius ends before the skin does") {
     const Bump bump = spotted_cap();
     const auto inside = sheets::table_at(*bump.world, *bump.field, bump.options, {0, 0, 0}, 1e-3);

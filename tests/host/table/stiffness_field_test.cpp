@@ -76,3 +76,28 @@ TEST_CASE("where no plate can be cut the field says so") {
     const table::StiffnessField field(*world->surface, world->material);
     CHECK(std::isnan(field.at(foot_at(*world, 0, 0)).n_per_m));
 }
+
+TEST_CASE("at a rim and beyond it there is a value near the skin's, or none") {
+    scene::Scene scene = sheets::skin(0.4e6);
+    scene.skin.foundation_n_per_m3 = 2e7;
+    const auto world = scene::build(scene, sheets::flat(0.04));
+    const table::StiffnessField field(*world->surface, world->material);
+    const double middle = field.at(foot_at(*world, 0, 0)).n_per_m;
+    int n_known = 0, n_none = 0;
+    for (double x = 14e-3; x < 22e-3; x += 0.3e-3) {
+        for (double y = 1e-3; y < 22e-3; y += 0.3e-3) {  // two rims and their corner
+            const auto foot = world->surface->foot({x, y, 1e-3}, world->tree->nearest({x, y, 0}));
+            const double k = foot ? field.at(*foot).n_per_m : std::nan("");
+            CAPTURE(x, y, k, middle);
+            if (std::isnan(k)) {
+                ++n_none;
+                CHECK(std::max(x, y) > 18e-3);
+            } else {
+                ++n_known;
+                CHECK((k > 0.6 * middle && k < 1.02 * middle));
+            }
+        }
+    }
+    CHECK(n_known > 1200);
+    CHECK(n_none > 100);
+}
