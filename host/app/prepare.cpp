@@ -42,8 +42,12 @@ std::string why_no_tables(const Prepared& prepared, const RunResult& result) {
     if (!wants_contact || result.interrupted || !result.tables.empty()) return "";
     if (!result.refused_by_check.empty())
         return "every table was refused: " + result.refused_by_check.front().why;
-    if (result.n_tables_refused > 0) return "no table could be built: " + prepared.field->why_not();
-    return "";
+    if (result.n_tables_refused == 0) return "";
+    const std::string& why = prepared.field->why_not();
+    return "no table could be built: " +
+           (why.empty() ? "where the tool was the skin is not smooth or ends; for a double wall set "
+                          "object.sides = \"outer\""
+                        : why);
 }
 
 std::uint32_t path_ticks(const scene::World& world) {

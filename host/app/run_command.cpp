@@ -69,6 +69,7 @@ Json object_json(const scene::World& world) {
             {"hash", hex(world.object_hash)},
             {"n_points", world.cloud.points_m.size()},
             {"n_repeated_points", world.cloud.n_duplicates},
+            {"n_points_of_the_other_side", world.n_other_side},
             {"spacing_m", world.spacing_m}};
 }
 

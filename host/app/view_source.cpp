@@ -49,7 +49,7 @@ void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) 
     const double radius_m = world.scene.touch.tool_radius_m;
     frame.proxy_m = (foot->point_m + radius_m * foot->normal).cast<float>();
     frame.normal = foot->normal.cast<float>();
-    const auto force_n = static_cast<double>(frame.force_n.norm());
+    const double force_n = static_cast<double>(frame.force_n.norm()) / world.scene.placement.force_scale;
     if (!(force_n > 0.0)) return;
     try {
         for (const chart::Displaced& d : chart::dip(*world.surface, *foot, world.material, force_n)) {

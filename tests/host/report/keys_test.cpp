@@ -11,6 +11,9 @@
 #include "host/report/figures.hpp"
 #include "host/scene/keys.hpp"
 #include "tests/host/app/sheet.hpp"
+#ifdef PALPATE_HAS_VIEW
+#include "host/app/view_source.hpp"
+#endif
 
 using namespace palpate;
 using namespace palpate::test;
@@ -227,6 +230,7 @@ void check_scales(double position_scale, double force_scale) {
     const Felt felt = feel({"placement.position_scale=" + std::to_string(position_scale),
                             "placement.force_scale=" + std::to_string(force_scale)});
     const scene::World& world = *felt.prepared.world;
+    CHECK(position_scale * world.path.front().tool_m.z() == Approx(0.007));  // 4 mm above the skin
     const auto touches = report::touches(world, felt.run.ticks);
     const auto error = report::force_error(world, felt.run.ticks, touches, felt.run.tables,
                                            app::loop_model(felt.prepared), false, [](double) {});
@@ -249,6 +253,16 @@ void check_scales(double position_scale, double force_scale) {
             FAIL(i << ": " << told_m << " m told, " << touches[i - 1].depth_m << " m true");
     }
     CHECK(report::run_figures(world, felt.run.ticks, touches)["depth_m"]["max"] == Approx(deepest));
+#ifdef PALPATE_HAS_VIEW
+    // The picture is the object's: tool, dip, depth and stiffness fit together there.
+    const view::Frame frame = app::view_source(world, *felt.prepared.field, felt.run.ticks).frame_at(1.0);
+    const auto depth_m = static_cast<double>(frame.depth_m);
+    CHECK(static_cast<double>(frame.tool_m.z()) == Approx(0.003 - depth_m).margin(2e-5 * position_scale));
+    CHECK(static_cast<double>(frame.k_n_per_m) == Approx(on_object).epsilon(0.01));
+    float deepest_dip_m = 0.0F;
+    for (const view::Moved& moved : frame.dip) deepest_dip_m = std::max(deepest_dip_m, moved.by_m.norm());
+    CHECK(static_cast<double>(deepest_dip_m) == Approx(depth_m).epsilon(0.1));
+#endif
 }
 
 void check_tool_radius() {
