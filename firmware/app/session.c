@@ -11,7 +11,7 @@ void pal_session_begin(pal_session* session, pal_link* link, const pal_device* d
     session->device = *device;
     session->now_ns = now_ns;
     session->intake.ring = &link->tables;
-    session->intake.limits = pal_intake_limits_default();
+    session->intake.limits = pal_table_limits_default();
     session->heartbeat_seen = pal_link_load(&link->host.heartbeat);
 }
 

@@ -1,9 +1,5 @@
 #include "firmware/core/intake.h"
 
-pal_table_limits pal_intake_limits_default(void) {
-    return pal_table_limits_default();
-}
-
 static uint32_t load(const pal_intake* intake) {
     return __atomic_load_n(&intake->state, __ATOMIC_ACQUIRE);
 }

@@ -28,9 +28,6 @@ typedef struct pal_intake {
     pal_loop_tables tables;
 } pal_intake;
 
-/// pal_table_limits_default(): what the host, too, holds a table to before it publishes it.
-pal_table_limits pal_intake_limits_default(void);
-
 /// Tick: moves things on (never blocks) and gives the tables for this tick.
 const pal_loop_tables* pal_intake_poll(pal_intake* intake, bool fading);
 /// Checker: checks the pending table, if any; an id that is not newer than the one in use is refused. True

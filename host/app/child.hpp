@@ -18,7 +18,7 @@ struct ChildError : std::runtime_error {
 class Child {
 public:
     /// Starts `program` with `arguments`; its stdout and stderr are appended to `log`. Throws
-    /// std::runtime_error.
+    /// ChildError.
     Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
           const std::filesystem::path& log);
     /// Sends SIGTERM if it still runs, and SIGKILL when it does not end within a second.

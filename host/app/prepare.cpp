@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -44,25 +45,34 @@ std::string why_no_tables(const Prepared& prepared, const RunResult& result) {
         return "every table was refused: " + result.refused_by_check.front().why;
     if (result.n_tables_refused == 0) return "";
     const std::string& why = prepared.field->why_not();
-    return "no table could be built: " +
-           (why.empty() ? "where the tool was the skin is not smooth or ends; for a double wall set "
-                          "object.sides = \"outer\""
-                        : why);
+    return "no table could be built: where the tool was the skin is not smooth or ends; for a double wall "
+           "set "
+           "object.sides = \"outer\"" +
+           (why.empty() ? "" : "; some points have no plate: " + why);
 }
 
 std::uint32_t path_ticks(const scene::World& world) {
-    return static_cast<std::uint32_t>(std::lround(1e3 * scene::duration_s(world.scene)));
+    constexpr std::uint32_t TAIL_TICKS = 100;
+    return static_cast<std::uint32_t>(std::lround(1e3 * scene::duration_s(world.scene))) + TAIL_TICKS;
+}
+
+std::uint64_t monotonic_ns() {
+    return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
 }
 
 std::string status_line(const pal_tick& tick, double rate_hz) {
     const double force =
         std::sqrt(static_cast<double>(tick.force_n[0] * tick.force_n[0] + tick.force_n[1] * tick.force_n[1] +
                                       tick.force_n[2] * tick.force_n[2]));
+    std::array<char, 16> depth{"   - "};
+    if ((tick.faults & (PAL_FAULT_TABLE_MISSING | PAL_FAULT_TABLE_LEFT)) == 0) {
+        std::snprintf(depth.data(), depth.size(), "%5.2f",
+                      1e3 * std::max(0.0, static_cast<double>(tick.depth_m)));
+    }
     std::array<char, 160> text{};
     std::snprintf(text.data(), text.size(),
-                  "%4.0f Hz  depth %5.2f mm  force %5.2f N  table %3u ms  missed %u  %s", rate_hz,
-                  1e3 * std::max(0.0, static_cast<double>(tick.depth_m)), force, tick.table_age_ticks,
-                  tick.n_missed, record::state_word(tick.state).c_str());
+                  "%4.0f Hz  depth %s mm  force %5.2f N  table %3u ms  missed %u  %s", rate_hz, depth.data(),
+                  force, tick.table_age_ticks, tick.n_missed, record::state_word(tick.state).c_str());
     return text.data();
 }
 

@@ -1,10 +1,7 @@
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <fstream>
 #include <sstream>
@@ -29,22 +26,17 @@ constexpr int NEIGHBOUR_MS = 200;     // a device that dies ends the loop too: t
 constexpr auto REST_TIMEOUT = std::chrono::seconds(1);
 constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
 constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
-constexpr std::uint32_t TAIL_TICKS = 100;
 
-std::uint64_t monotonic_ns() {
-    return static_cast<std::uint64_t>(Clock::now().time_since_epoch().count());
-}
-
-std::string micrometres(double m) {
-    return std::to_string(std::llround(1e6 * m));
+std::string millionths(double value) {
+    return std::to_string(std::llround(1e6 * value));
 }
 
 void write_path(const std::filesystem::path& file, const std::vector<DevicePoint>& path) {
     std::ofstream out(file);
     out << "palpate-path 1\n";
     for (const DevicePoint& p : path) {
-        out << micrometres(p.t_s) << ' ' << micrometres(p.at_m[0]) << ' ' << micrometres(p.at_m[1]) << ' '
-            << micrometres(p.at_m[2]) << '\n';
+        out << millionths(p.t_s) << ' ' << millionths(p.at_m[0]) << ' ' << millionths(p.at_m[1]) << ' '
+            << millionths(p.at_m[2]) << '\n';
     }
     if (!out) throw std::runtime_error(file.string() + ": cannot be written");
 }
@@ -192,7 +184,7 @@ std::string who_ended(Child& device, Child& loop, const pal_link& link) {
 
 bool finished(const std::vector<pal_tick>& ticks, std::uint32_t path_ticks) {
     if (ticks.empty()) return false;
-    return ticks.back().path_tick > path_ticks + TAIL_TICKS ||
+    return ticks.back().path_tick > path_ticks ||
            (ticks.back().path_tick == 0 && ticks.back().tick > HOMING_TICKS_MAX);
 }
 
@@ -237,8 +229,8 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
         }
         std::this_thread::sleep_for(LOOK_EVERY);
     }
+    pal_link_store(&link.host.stop, 1);  // before the table at work is waited for: the force ends now
     tables.stop();
-    pal_link_store(&link.host.stop, 1);
     if (!loop.wait(END_TIMEOUT_MS) && result.failure.empty())
         result.failure = "palpate-loop did not end when asked to";
     watcher.drain(result.ticks);
@@ -251,7 +243,7 @@ RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& prog
     const bool homed = !result.ticks.empty() && result.ticks.back().path_tick > 0;
     if (result.failure.empty() && !result.interrupted && !homed)
         result.failure = "the device did not home within 10 s";
-    if (result.failure.empty()) result.failure = why_no_tables(prepared, result);
+    result.no_tables = why_no_tables(prepared, result);
     return result;
 }
 

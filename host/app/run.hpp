@@ -44,6 +44,7 @@ struct RunResult {
     std::uint64_t start_unix_ns = 0, start_monotonic_ns = 0, end_monotonic_ns = 0;
     bool interrupted = false;
     std::string failure;        ///< a process or device that failed, in words; empty when all went well
+    std::string no_tables;      ///< why a path that wants contact got no table at all; empty when it got one
     std::string device_status;  ///< JSON line of the simulated device after a real run
 };
 
@@ -70,10 +71,14 @@ struct DevicePoint {
 /// Why a path that wants contact got no table at all, in words; empty when it got one.
 [[nodiscard]] std::string why_no_tables(const Prepared& prepared, const RunResult& result);
 
-/// Ticks from a path's begin to the run's end.
+/// Ticks from a path's begin to the run's end, 100 after its own.
 [[nodiscard]] std::uint32_t path_ticks(const scene::World& world);
 
-/// "1000 Hz  depth 2.9 mm  force 1.45 N  table 12 ms  missed 0".
+/// CLOCK_MONOTONIC.
+[[nodiscard]] std::uint64_t monotonic_ns();
+
+/// "1000 Hz  depth  2.90 mm  force  1.45 N  table  12 ms  missed 0  enabled"; no depth where no table tells
+/// it.
 [[nodiscard]] std::string status_line(const pal_tick& tick, double rate_hz);
 
 }  // namespace palpate::app

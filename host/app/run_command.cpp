@@ -52,12 +52,6 @@ std::string utc(std::uint64_t unix_ns) {
     return text.data();
 }
 
-std::string hex(std::uint64_t value) {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
-    return text.data();
-}
-
 std::string command_of(const RunOptions& options) {
     std::string command = "palpate run " + options.scene;
     for (const std::string& set : overrides_of(options)) command += " --set " + set;
@@ -66,7 +60,7 @@ std::string command_of(const RunOptions& options) {
 
 Json object_json(const scene::World& world) {
     return {{"name", world.object_name},
-            {"hash", hex(world.object_hash)},
+            {"hash", record::hash_text(world.object_hash)},
             {"n_points", world.cloud.points_m.size()},
             {"n_repeated_points", world.cloud.n_duplicates},
             {"n_points_of_the_other_side", world.n_other_side},
@@ -112,9 +106,12 @@ void add_digests(const scene::World& world, const RunResult& result, Json& summa
 Json summary_of(const RunOptions& options, const Prepared& prepared, const RunResult& result,
                 Progress& progress) {
     const scene::World& world = *prepared.world;
-    Json summary = {{"schema", "palpate.summary/1"},    {"verdict", nullptr},
-                    {"verdict_reasons", Json::array()}, {"stop", nullptr},
-                    {"failure", result.failure},        {"interrupted", result.interrupted}};
+    Json summary = {{"schema", "palpate.summary/1"},
+                    {"verdict", nullptr},
+                    {"verdict_reasons", Json::array()},
+                    {"stop", nullptr},
+                    {"failure", result.failure.empty() ? result.no_tables : result.failure},
+                    {"interrupted", result.interrupted}};
     const std::vector<report::Touch> touches = report::touches(world, result.ticks);
     check_forces(options, prepared, result, touches, progress, summary);
     const report::StiffnessRatio ratio = report::stiffness_ratio(world, result.ticks, touches);
@@ -138,8 +135,8 @@ Json summary_of(const RunOptions& options, const Prepared& prepared, const RunRe
     summary.update(Json{{"title", world.scene.title},
                         {"clock", world.scene.run.clock},
                         {"object", object_json(world)},
-                        {"scene_hash", hex(world.scene.hash)},
-                        {"source_hash", hex(world.source_hash)},
+                        {"scene_hash", record::hash_text(world.scene.hash)},
+                        {"source_hash", record::hash_text(world.source_hash)},
                         {"command", command_of(options)},
                         {"palpate", PALPATE_VERSION},
                         {"build", PALPATE_BUILD},
@@ -150,20 +147,20 @@ Json summary_of(const RunOptions& options, const Prepared& prepared, const RunRe
 }
 
 /// Sets "verdict": what failed, or "pass". A real-time run is measured, not judged. Returns the exit code.
-int judge(const scene::World& world, Json& summary) {
+int judge(const scene::World& world, const RunResult& result, Json& summary) {
     const bool judged = world.scene.run.clock == "virtual", interrupted = summary["interrupted"];
-    const bool broken = !summary["failure"].get<std::string>().empty();
     const std::vector<std::string> failed =
         judged ? report::failed_expectations(world.scene, summary) : std::vector<std::string>{};
-    summary["verdict"] = broken           ? "fail"
-                         : interrupted    ? "interrupted"
-                         : !judged        ? "measured"
-                         : failed.empty() ? "pass"
-                                          : "fail";
+    const bool fails = !failed.empty() || !result.no_tables.empty();
     summary["verdict_reasons"] = failed;
+    summary["verdict"] = !result.failure.empty() ? "fail"
+                         : interrupted           ? "interrupted"
+                         : fails                 ? "fail"
+                         : judged                ? "pass"
+                                                 : "measured";
+    if (!result.failure.empty()) return 3;
     if (interrupted) return 130;
-    if (broken) return 3;
-    return failed.empty() ? 0 : 1;
+    return fails ? 1 : 0;
 }
 
 nlohmann::json record_header(const RunOptions& options, const Prepared& prepared, const RunResult& result,
@@ -173,7 +170,7 @@ nlohmann::json record_header(const RunOptions& options, const Prepared& prepared
             {"palpate", PALPATE_VERSION},
             {"build", PALPATE_BUILD},
             {"command", command_of(options)},
-            {"scene_hash", hex(world.scene.hash)},
+            {"scene_hash", record::hash_text(world.scene.hash)},
             {"scene", scene_toml},
             {"object", object_json(world)},
             {"started_utc", utc(result.start_unix_ns)},
@@ -204,30 +201,33 @@ void write_results(const std::filesystem::path& directory, const RunOptions& opt
     if (!more.empty()) progress.done(more);
 }
 
+/// A figure of the summary for a person, or why there is none.
+std::string figure(const Json& summary, const std::string& name, double times, const char* unit) {
+    if (!summary[name].is_number()) return "not known (" + summary[name + "_why"].get<std::string>() + ")";
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.2f%s", times * summary[name].get<double>(), unit);
+    return text.data();
+}
+
 void say(const Json& summary, const std::filesystem::path& directory) {
-    const auto percent = [&](const char* name) {
-        if (!summary[name].is_number())
-            return "not known (" + summary[std::string(name) + "_why"].get<std::string>() + ")";
-        std::array<char, 32> text{};
-        std::snprintf(text.data(), text.size(), "%.2f %%", 100.0 * summary[name].get<double>());
-        return std::string(text.data());
-    };
     std::cerr << "verdict: " << summary["verdict"].get<std::string>() << '\n';
+    const auto failure = summary["failure"].get<std::string>();
+    if (!failure.empty()) std::cerr << "  " << failure << '\n';
     for (const auto& reason : summary["verdict_reasons"])
         std::cerr << "  " << reason.get<std::string>() << '\n';
-    if (!summary["failure"].get<std::string>().empty())
-        std::cerr << "  " << summary["failure"].get<std::string>() << '\n';
-    std::cerr << "force error: rms " << percent("force_error_rms_relative") << ", max "
-              << percent("force_error_max_relative") << '\n'
-              << "stiffness over the nodule against beside it: " << summary["stiffness_ratio"].dump() << '\n'
-              << "stop: " << summary["stop"].get<std::string>()
+    std::cerr << "force error, rms: " << figure(summary, "force_error_rms_relative", 100.0, " %");
+    if (summary["force_error_max_relative"].is_number())
+        std::cerr << ", max: " << figure(summary, "force_error_max_relative", 100.0, " %");
+    std::cerr << "\nstiffness over the nodule against beside it: "
+              << figure(summary, "stiffness_ratio", 1.0, "")
+              << "\nstop: " << summary["stop"].get<std::string>()
               << ", missed ticks: " << summary["n_missed_ticks"] << '\n';
     if (summary["digest_io"].is_string()) {
         std::cerr << "digest: io " << summary["digest_io"].get<std::string>() << ", state "
                   << summary["digest_state"].get<std::string>() << '\n';
     }
     if (summary.contains("depth_over_thickness_warning")) {
-        std::cerr << "depth/h up to " << summary["depth_over_thickness_max"] << ": "
+        std::cerr << "depth/h up to " << figure(summary, "depth_over_thickness_max", 1.0, "") << ": "
                   << summary["depth_over_thickness_warning"].get<std::string>() << '\n';
     }
     std::cerr << "results: " << directory.string() << ':';
@@ -255,7 +255,7 @@ int run(const RunOptions& options) {
     const RunResult result = is_virtual ? run_virtual(prepared, rig, progress)
                                         : run_real(prepared, rig, progress, *scratch, out.path() / "log.txt");
     Json summary = summary_of(options, prepared, result, progress);
-    const int code = judge(*prepared.world, summary);
+    const int code = judge(*prepared.world, result, summary);
     write_results(out.path(), options, prepared, result, progress);
     record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
     out.commit();

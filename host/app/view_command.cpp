@@ -1,7 +1,4 @@
 #include <algorithm>
-#include <array>
-#include <cinttypes>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -19,7 +16,6 @@
 namespace palpate::app {
 namespace {
 
-constexpr const char* MODELS_DIRECTORY = "/usr/share/glmark2/models";  // as scene::points_file
 constexpr view::Size PICTURE_SIZE{1280, 720};
 
 struct ViewOptions {
@@ -27,12 +23,6 @@ struct ViewOptions {
     double at_s = -1.0;
     bool quiet = false;
 };
-
-std::string hex(std::uint64_t value) {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016" PRIx64, value);
-    return text.data();
-}
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& words) {
     std::string line = file.string() + ": " + words;
@@ -59,13 +49,13 @@ std::unique_ptr<scene::World> world_of(const std::filesystem::path& file, const 
     std::string words = "not there";
     for (const std::filesystem::path& points :
          {written, std::filesystem::absolute(file).parent_path() / written.filename(),
-          std::filesystem::path(MODELS_DIRECTORY) / written.filename()}) {
+          std::filesystem::path(scene::MODELS_DIRECTORY) / written.filename()}) {
         std::error_code ignored;
         if (points.is_absolute() && !std::filesystem::is_regular_file(points, ignored)) continue;
         scene.object.points = points;
         try {
             auto world = scene::build(scene);
-            if (felt == '"' + hex(world->object_hash) + '"') return world;
+            if (felt == '"' + record::hash_text(world->object_hash) + '"') return world;
             words = "found in " + points.string() + " are other points";
         } catch (const std::runtime_error& error) {  // not there, or cannot be what was felt
             if (points.is_absolute()) words = error.what();
@@ -92,8 +82,10 @@ int view(const ViewOptions& options) {
         record::Record record = record::read(file);
         world = world_of(file, record);
         ticks = std::move(record.ticks);
-    } else {
+    } else if (file.extension() == ".toml") {
         world = scene::build(scene::load(file));
+    } else {
+        refuse(file, "a scene (.toml) or a record (.palrec) is expected");
     }
     Progress progress(options.quiet);
     const Prepared prepared = prepare(std::move(world), progress);

@@ -12,7 +12,6 @@ namespace palpate::app {
 namespace {
 
 constexpr std::uint32_t HOMING_TICKS_MAX = 5000;
-constexpr std::uint32_t TAIL_TICKS = 100;  // after the path's end
 
 struct FreeStand {
     void operator()(pal_stand* stand) const { pal_stand_free(stand); }
@@ -43,10 +42,6 @@ pal_stand_config stand_config(const scene::Scene& scene, const std::vector<pal_h
     return config;
 }
 
-std::uint64_t monotonic_ns() {
-    return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
-}
-
 /// A table on its way: asked for at one tick, published some ticks later.
 struct Underway {
     std::unique_ptr<pal_table> table;
@@ -73,7 +68,7 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     result.start_monotonic_ns = monotonic_ns();
     Underway underway;
     std::uint32_t left = HOMING_TICKS_MAX;
-    const std::uint32_t after_begin = path_ticks(world) + TAIL_TICKS;
+    const std::uint32_t after_begin = path_ticks(world);
     for (std::uint32_t tick = 0; left > 0; ++tick, --left) {
         const pal_table* published = nullptr;
         if (underway.table && tick >= underway.due_tick) {
@@ -108,7 +103,7 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     result.n_tables_built = server.n_built();
     result.n_tables_refused = server.n_refused();
     result.refused_by_check = publisher.refused();
-    result.failure = why_no_tables(prepared, result);
+    result.no_tables = why_no_tables(prepared, result);
     if (result.ticks.empty() || result.ticks.back().path_tick == 0) {
         if (!result.interrupted && !world.path.empty()) result.failure = "the device did not home within 5 s";
     }

@@ -89,6 +89,8 @@ void write_events_csv(const std::filesystem::path& file, std::span<const pal_tic
 /// Words for fault bits, states and stops: "table-left", "enabled", "e-stop", "none".
 [[nodiscard]] std::string fault_words(std::uint32_t faults);
 [[nodiscard]] std::string state_word(std::uint32_t state);
+/// A hash as records and summaries write it: 16 hexadecimal digits.
+[[nodiscard]] std::string hash_text(std::uint64_t hash);
 [[nodiscard]] std::string stop_word(std::uint32_t stop);
 
 /// Writes `content` to `file` by way of a file beside it and a rename; throws Error naming the file and the

@@ -1,3 +1,7 @@
+#include <array>
+#include <cinttypes>
+#include <cstdio>
+
 #include "host/record/record.hpp"
 
 namespace palpate::record {
@@ -20,6 +24,12 @@ std::string fault_words(std::uint32_t faults) {
         out += bit < std::size(FAULTS) ? FAULTS[bit] : "bit-" + std::to_string(bit);
     }
     return out.empty() ? "none" : out;
+}
+
+std::string hash_text(std::uint64_t hash) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
+    return text.data();
 }
 
 std::string state_word(std::uint32_t state) {

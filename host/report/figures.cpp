@@ -1,7 +1,6 @@
 #include "host/report/figures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "host/record/record.hpp"
@@ -96,10 +95,8 @@ Json run_figures(const scene::World& world, std::span<const pal_tick> ticks, std
         faults |= tick.faults;
         if (tick.stop != 0) stop = tick.stop;
         n_fading += static_cast<std::size_t>(tick.before_id != 0);
-        n_clamped +=
-            static_cast<std::size_t>((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0);
-        n_stale +=
-            static_cast<std::size_t>((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0);
+        n_clamped += static_cast<std::size_t>(is_clamped(tick));
+        n_stale += static_cast<std::size_t>(is_stale(tick));
         if (!touches[i].contact()) continue;
         ++n_contact;
         force.add(force_of(tick).norm());

@@ -114,9 +114,9 @@ std::vector<std::optional<ReferenceForce>> references(const scene::World& world,
 
 void count(const pal_tick& tick, ForceError& error) {
     if (tick.before_id != 0) ++error.n_fading;
-    if ((tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0) ++error.n_clamped;
+    if (is_clamped(tick)) ++error.n_clamped;
     if (tick.state == PAL_STATE_RAMP) ++error.n_ramped;
-    if ((tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0) ++error.n_stale;
+    if (is_stale(tick)) ++error.n_stale;
     if ((tick.faults & (PAL_FAULT_TABLE_MISSING | PAL_FAULT_TABLE_LEFT)) != 0) ++error.n_without_table;
 }
 

@@ -20,4 +20,14 @@ namespace palpate::report {
     return tick.truth_valid != 0 ? vec(tick.truth_force_n) : vec(tick.force_n);
 }
 
+/// The force was cut to a limit.
+[[nodiscard]] inline bool is_clamped(const pal_tick& tick) {
+    return (tick.faults & (PAL_FAULT_FORCE_CLAMP | PAL_FAULT_MOTOR_CLAMP)) != 0;
+}
+
+/// The table in use was too old.
+[[nodiscard]] inline bool is_stale(const pal_tick& tick) {
+    return (tick.faults & (PAL_FAULT_TABLE_STALE | PAL_FAULT_TABLE_DROPPED)) != 0;
+}
+
 }  // namespace palpate::report

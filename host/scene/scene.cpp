@@ -14,7 +14,6 @@ namespace palpate::scene {
 namespace {
 
 constexpr std::int64_t FORMAT = 1;
-constexpr const char* MODELS_DIRECTORY = "/usr/share/glmark2/models";
 
 void read_format(const Source& source, const toml::table& tree) {
     const toml::node* node = tree.get("scene");

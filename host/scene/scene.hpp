@@ -157,7 +157,10 @@ struct Scene {
 /// absolute or relative to `directory`).
 [[nodiscard]] std::string resolved_toml(const Scene& scene, const std::filesystem::path& directory);
 
-/// The object's file: relative to the scene, then in /usr/share/glmark2/models. Throws Error, naming
+/// Where Debian's packages put scans.
+inline constexpr const char* MODELS_DIRECTORY = "/usr/share/glmark2/models";
+
+/// The object's file: relative to the scene, then in MODELS_DIRECTORY. Throws Error, naming
 /// `package`.
 [[nodiscard]] std::filesystem::path points_file(const Scene& scene);
 

@@ -51,7 +51,7 @@ struct World {
     chart::Material material;
     std::string object_name;        ///< the points file's name
     std::uint64_t object_hash = 0;  ///< XXH64 of the points as read
-    std::uint64_t source_hash = 0;  ///< XXH64 of points, young_pa, skin, patch, solver and touch settings
+    std::uint64_t source_hash = 0;  ///< XXH64 of points, young_pa, skin, patch, solver, touch and scales
 
     /// Where a tool centre of the hand's workspace is on the object, m: the hand's metres times
     /// placement.position_scale.

@@ -25,7 +25,7 @@ struct BuildOptions {
 /// The table for a tool centre at `tool_m` above the foot `foot`, for the tick `made_for_tick`; not sealed,
 /// id 0. Node (u, v): the ray from the fitted sphere's centre meets the skin raised by the tool's radius at
 /// height s; K is chosen so that K f^2/2 equals k d^2/2 at the tool's present depth, with the true
-/// perpendicular depth d and the stiffness k at its foot (MATH.md, matched depth). nullopt when the skin
+/// perpendicular depth d and the stiffness k at its foot (MATH.md, matched depth). nullptr when the skin
 /// there is not good enough for a table. `tool_m` and `foot` in object metres; the table speaks of the
 /// hand's: F = force_scale F_object(position_scale x), again the gradient of a potential.
 [[nodiscard]] std::unique_ptr<pal_table> build(const contact::Surface& surface, const StiffnessField& field,

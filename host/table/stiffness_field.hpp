@@ -22,7 +22,7 @@ public:
     /// `surface` is borrowed. Nothing is solved yet.
     StiffnessField(const contact::Surface& surface, const chart::Material& material);
 
-    /// Stiffness at a place of the skin: weighted cubic through the points of its sheet within three
+    /// Stiffness at a place of the skin: weighted cubic through the points of its sheet within 2.8
     /// spacings (MATH.md eq. 27). Solves for those that are not known yet (about 1 ms each); otherwise about
     /// 10 us.
     [[nodiscard]] FieldValue at(const contact::Foot& foot) const;
@@ -36,7 +36,7 @@ public:
     }  ///< NaN: not solved, or no plate
     [[nodiscard]] std::size_t n_solved() const { return n_solved_; }
     [[nodiscard]] std::size_t n_saddles() const { return n_saddles_; }
-    /// Why the last point without a plate has none, in words; empty when every point had one.
+    /// Why the last point that could not be solved has no plate, in words; empty when none was refused one.
     [[nodiscard]] const std::string& why_not() const { return why_not_; }
 
 private:

@@ -50,7 +50,7 @@ pal_stand* pal_stand_new(const pal_stand_config* config, pal_link* link) {
     stand->loop_config = loop_config_of(config);
     stand->link = link;
     stand->intake.ring = &link->tables;
-    stand->intake.limits = pal_intake_limits_default();
+    stand->intake.limits = pal_table_limits_default();
     if (!pal_falcon_sim_init(&stand->falcon, &config->falcon)) {
         free(stand);
         return NULL;

@@ -66,7 +66,7 @@ void push(benchmark::State& state) {
 
 void check(benchmark::State& state, std::uint32_t n_nodes) {
     const auto table = tables::make({}, n_nodes);
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     bool ok = true;
     measure(
         state, Clock::wall, 1, [](std::size_t) {},

@@ -271,7 +271,7 @@ TEST_CASE("the worked table of docs/PROTOCOL.md has these bytes and passes its c
         table->coef[98 + i] = 1.0F / 0.0015F;
     }
     pal_table_seal(table.get());
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     CHECK(pal_table_check(table.get(), &limits) == PAL_OK);
     Bytes head(64);
     std::memcpy(head.data(), table.get(), head.size());
@@ -302,7 +302,7 @@ TEST_CASE("the worked tick of docs/PROTOCOL.md has these bytes") {
 }
 
 TEST_CASE("the limits of a table in docs/PROTOCOL.md are the loop's") {
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     CHECK(limits.stiffness_max_n_per_m == 6000.0F);
     CHECK(limits.stiffness_slope_max_n_per_m2 == 3.0e6F);
     CHECK(limits.surface_slope_max == 4.0F);

@@ -15,7 +15,7 @@ struct Bench {
     Bench() {
         pal_table_ring_init(ring.get());
         intake.ring = ring.get();
-        intake.limits = pal_intake_limits_default();
+        intake.limits = pal_table_limits_default();
     }
     void publish(std::uint64_t id, bool good = true) {
         const auto table = tables::make({}, 17, 0.0, id);
@@ -119,7 +119,7 @@ TEST_CASE("writer, checker and tick in three threads: only whole, checked tables
     });
     std::uint64_t last = 0;
     bool ok = true;
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     while (last < N_TABLES) {
         const pal_loop_tables* tables = pal_intake_poll(&bench.intake, false);
         if (tables->now == nullptr || tables->now->id == last) continue;

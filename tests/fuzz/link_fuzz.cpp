@@ -40,7 +40,7 @@ void use_rings(pal_link& link) {
     require(pal_state_ring_waiting(&link.ticks, &reader) <= PAL_STATE_RING_TICKS);
     pal_intake intake{};
     intake.ring = &link.tables;
-    intake.limits = pal_intake_limits_default();
+    intake.limits = pal_table_limits_default();
     for (int i = 0; i < 6; ++i) {
         const pal_loop_tables* const tables = pal_intake_poll(&intake, i % 4 == 3);
         for (const pal_table* const table : {tables->now, tables->before}) {

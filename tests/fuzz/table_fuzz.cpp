@@ -61,7 +61,7 @@ void check_touch(const pal_table& table, const pal_table_limits& limits, const s
 }
 
 void check(const pal_table& table, const std::array<float, 3>& at_m) {
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     if (pal_table_check(&table, &limits) != PAL_OK) return;
     passed.note();
     require(pal_table_header_ok(&table));

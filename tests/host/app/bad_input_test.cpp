@@ -257,3 +257,13 @@ TEST_CASE("a result takes the place of an earlier one, which is kept beside it",
     CHECK(text_of(folder / "out.1" / "summary.json") == "{}\n");
     CHECK(json_of(folder / "out" / "summary.json")["schema"] == "palpate.summary/1");
 }
+
+#ifdef PALPATE_HAS_VIEW
+TEST_CASE("view says what it can look at", "[bad]") {
+    const Folder folder;
+    write_text(folder / "notes.txt", "hello\n");
+    const Outcome outcome = call(PAL_PALPATE_PROGRAM, {"view", (folder / "notes.txt").string()}, folder);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains("notes.txt: a scene (.toml) or a record (.palrec) is expected"));
+}
+#endif

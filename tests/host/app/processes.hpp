@@ -81,7 +81,7 @@ std::vector<std::string> scratch_in(const Folder& folder);
 
 /// What the simulated Falcon of the run in `folder` says of itself; null while nobody answers.
 nlohmann::json device_status(const Folder& folder);
-/// Its motor words.
+/// No motor word, no torque, no force.
 bool motors_at_rest(const nlohmann::json& status);
 
 }  // namespace palpate::test

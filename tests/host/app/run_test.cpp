@@ -89,6 +89,17 @@ TEST_CASE("the verdict is the exit code: a bound of [expect] that does not hold 
     CHECK_THAT(unknown.err, Contains("beauty") && Contains("not in summary.json"));
 }
 
+TEST_CASE("a skin that the loop would refuse everywhere fails the run, and the reason is its first word",
+          "[run]") {
+    const Folder folder;
+    const Outcome outcome = run(folder, write_sheet(folder.path()), {"--set", "skin.young_pa=1e9"});
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Contains("verdict: fail\n  every table was refused: stiffness "));
+    const nlohmann::json summary = json_of(folder / "result" / "summary.json");
+    CHECK(summary["tables"]["published"] == 0);
+    CHECK(summary["tables"]["refused_by_check"] > 0);
+}
+
 TEST_CASE("--duration ends the path early, --check full compares every tick of contact", "[run]") {
     const Folder folder;
     const Outcome outcome =

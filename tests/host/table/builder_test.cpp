@@ -84,7 +84,7 @@ TEST_CASE("a table passes the loop's check and says what it was made from") {
     const Bump bump = spotted_cap();
     const auto table = sheets::table_at(*bump.world, *bump.field, bump.options, {0, 0, 0}, 2e-3);
     REQUIRE(table);
-    const pal_table_limits limits = pal_intake_limits_default();
+    const pal_table_limits limits = pal_table_limits_default();
     CHECK(pal_table_check(table.get(), &limits) == PAL_OK);
     CHECK(table->source_hash == bump.world->source_hash);
     CHECK(static_cast<double>(table->kappa_per_m) ==
