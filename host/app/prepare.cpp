@@ -69,10 +69,12 @@ std::string status_line(const pal_tick& tick, double rate_hz) {
         std::snprintf(depth.data(), depth.size(), "%5.2f",
                       1e3 * std::max(0.0, static_cast<double>(tick.depth_m)));
     }
+    std::array<char, 16> rate{"   -"};
+    if (rate_hz > 0.0) std::snprintf(rate.data(), rate.size(), "%4.0f", rate_hz);
     std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%4.0f Hz  depth %s mm  force %5.2f N  table %3u ms  missed %u  %s", rate_hz, depth.data(),
-                  force, tick.table_age_ticks, tick.n_missed, record::state_word(tick.state).c_str());
+    std::snprintf(text.data(), text.size(), "%s Hz  depth %s mm  force %5.2f N  table %3u ms  missed %u  %s",
+                  rate.data(), depth.data(), force, tick.table_age_ticks, tick.n_missed,
+                  record::state_word(tick.state).c_str());
     return text.data();
 }
 

@@ -10,7 +10,12 @@ namespace palpate::app {
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
+    leave();
+}
+
+void Progress::leave() {
     if (width_ != 0) std::cerr << '\n';
+    width_ = 0;
 }
 
 void Progress::show(const std::string& line) {

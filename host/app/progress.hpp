@@ -12,7 +12,9 @@ public:
     explicit Progress(bool quiet);
     ~Progress();
     void show(const std::string& line);
-    /// Keeps the present line and goes to the next.
+    /// Leaves the present line as it stands: what others print begins on a line of its own.
+    void leave();
+    /// Puts `line` in the place of the present one and goes to the next.
     void done(const std::string& line);
 
 private:

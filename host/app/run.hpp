@@ -77,8 +77,8 @@ struct DevicePoint {
 /// CLOCK_MONOTONIC.
 [[nodiscard]] std::uint64_t monotonic_ns();
 
-/// "1000 Hz  depth  2.90 mm  force  1.45 N  table  12 ms  missed 0  enabled"; no depth where no table tells
-/// it.
+/// "1000 Hz  depth  2.90 mm  force  1.45 N  table  12 ms  missed 0  enabled"; "-" for a rate that is not
+/// known yet, and for the depth where no table tells it.
 [[nodiscard]] std::string status_line(const pal_tick& tick, double rate_hz);
 
 }  // namespace palpate::app

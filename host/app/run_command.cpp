@@ -259,6 +259,7 @@ int run(const RunOptions& options) {
     write_results(out.path(), options, prepared, result, progress);
     record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
     out.commit();
+    progress.leave();
     if (!options.quiet) say(summary, output_directory(options));
     if (options.json && !(std::cout << summary.dump(2) << std::endl))
         throw std::runtime_error("stdout cannot be written; summary.json has what --json would have printed");
