@@ -161,7 +161,7 @@ Stiffness point_stiffness(const contact::Surface& surface, const contact::Foot& 
                           const Material& material, Eigen::Index nodes) {
     const Patch patch = cut_patch(surface, foot, material, nodes);
     try {
-        const plate::Compliance c = plate::extrapolated_centre_compliance(patch.problem);
+        const plate::Estimate c = plate::extrapolated_centre_compliance(patch.problem);
         return {1.0 / c.m_per_n, c.relative_error, patch.covered, patch.saddle};
     } catch (const plate::Guard& guard) {
         throw NoPatch(guard.what());

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "host/plate/plate.hpp"
-#include "host/plate/uniform.hpp"
+#include "host/plate/uniform/uniform.hpp"
 
 namespace palpate::plate {
 namespace {
@@ -12,46 +12,67 @@ using Eigen::Index;
 
 constexpr double TABLE_ERROR = 1e-6;  ///< of the uniform plate's values, with a margin
 
-/// Every second node.
-Eigen::ArrayXXd thinned(const Eigen::ArrayXXd& field) {
-    if (field.size() == 0) return field;
-    Eigen::ArrayXXd coarse((field.rows() + 1) / 2, (field.cols() + 1) / 2);
+/// Every second node of an array, which may be empty.
+template <typename Array>
+Array thinned(const Array& field) {
+    Array coarse((field.rows() + 1) / 2, (field.cols() + 1) / 2);
     for (Index ix = 0; ix < coarse.rows(); ++ix) {
         for (Index iz = 0; iz < coarse.cols(); ++iz) coarse(ix, iz) = field(2 * ix, 2 * iz);
     }
     return coarse;
 }
 
-Problem thinned(const Problem& fine) {
-    return {fine.size_m, thinned(fine.rigidity_n_m), thinned(fine.foundation_n_per_m3), fine.poisson};
+Eigen::ArrayXd thinned_lines(const Eigen::ArrayXd& lines) {
+    Eigen::ArrayXd coarse((lines.size() + 1) / 2);
+    for (Index i = 0; i < coarse.size(); ++i) coarse(i) = lines(2 * i);
+    return coarse;
 }
 
-/// The uniform square that stands for the plate around its centre: same spacing, same D and k_f.
+Problem thinned_problem(const Problem& fine) {
+    Problem coarse = fine;
+    coarse.rigidity_n_m = thinned(fine.rigidity_n_m);
+    coarse.foundation_n_per_m3 = thinned(fine.foundation_n_per_m3);
+    coarse.poisson_at_nodes = thinned(fine.poisson_at_nodes);
+    coarse.harmonic_x_n_m = thinned(fine.harmonic_x_n_m);
+    coarse.harmonic_z_n_m = thinned(fine.harmonic_z_n_m);
+    coarse.solid = thinned(fine.solid);
+    coarse.lines_x_m = thinned_lines(fine.lines_x_m);
+    coarse.lines_z_m = thinned_lines(fine.lines_z_m);
+    return coarse;
+}
+
+/// Half the distance between a line's neighbours: the spacing there.
+double spacing_m(const Eigen::ArrayXd& lines_m, Index n, double length_m, Index i) {
+    if (lines_m.size() == 0) return length_m / static_cast<double>(n - 1);
+    return 0.5 * (lines_m(i + 1) - lines_m(i - 1));
+}
+
+/// The uniform square that stands for the plate around the load: same spacing, same D and k_f.
 struct Local {
     Index n;               ///< nodes on a side
     double scale_m_per_n;  ///< side^2/D
     double side_over_l;
 
-    explicit Local(const Problem& problem)
+    Local(const Problem& problem, const Node& load)
         : n(std::min(problem.rigidity_n_m.rows(), problem.rigidity_n_m.cols())) {
-        const Index nx = problem.rigidity_n_m.rows();
-        const Index nz = problem.rigidity_n_m.cols();
-        const double hx_m = problem.size_m.x() / static_cast<double>(nx - 1);
-        const double hz_m = problem.size_m.y() / static_cast<double>(nz - 1);
+        const double hx_m =
+            spacing_m(problem.lines_x_m, problem.rigidity_n_m.rows(), problem.size_m.x(), load.ix);
+        const double hz_m =
+            spacing_m(problem.lines_z_m, problem.rigidity_n_m.cols(), problem.size_m.y(), load.iz);
         const double side_m = static_cast<double>(n - 1) * std::sqrt(0.5 * (hx_m * hx_m + hz_m * hz_m));
-        const double rigidity = problem.rigidity_n_m(nx / 2, nz / 2);
+        const double rigidity = problem.rigidity_n_m(load.ix, load.iz);
         const bool held = problem.foundation_n_per_m3.size() != 0;
-        const double foundation = held ? problem.foundation_n_per_m3(nx / 2, nz / 2) : 0.0;
+        const double foundation = held ? problem.foundation_n_per_m3(load.ix, load.iz) : 0.0;
         scale_m_per_n = side_m * side_m / rigidity;
         side_over_l = side_m * std::sqrt(std::sqrt(foundation / rigidity));
     }
 };
 
 /// Compliance on a grid, less the grid error of the local uniform plate there (MATH.md eq. 8).
-double corrected(const Problem& problem, const Local& local, Index n) {
+double corrected(const Problem& problem, const Node& load, const Local& local, Index n) {
     const double error =
         uniform_square_grid_compliance(n, local.side_over_l) - uniform_square_compliance(local.side_over_l);
-    return Plate(problem).centre_compliance_m_per_n() - error * local.scale_m_per_n;
+    return Plate(problem).compliance_m_per_n(load) - error * local.scale_m_per_n;
 }
 
 double richardson(double on_fine, double on_coarse) {
@@ -70,36 +91,52 @@ bool has_jump(const Eigen::ArrayXXd& rigidity) {
     return false;
 }
 
-void require_grid(const Problem& problem) {
+/// What a count or the load's place in it must be for another, coarser grid: 4 m + 1 nodes, an even line.
+bool halves(Index n, Index line) {
+    return n >= 9 && n % 4 == 1 && line % 2 == 0;
+}
+
+void require_grid(const Problem& problem, const Node& load) {
     if (const auto problem_text = problem_with(problem)) throw std::invalid_argument(*problem_text);
     const Index nx = problem.rigidity_n_m.rows();
     const Index nz = problem.rigidity_n_m.cols();
-    if (nx >= 9 && nz >= 9 && nx % 4 == 1 && nz % 4 == 1) return;
-    throw std::invalid_argument("grid of " + std::to_string(nx) + " x " + std::to_string(nz) +
-                                " nodes; each count must be 4 m + 1 and at least 9");
+    if (!halves(nx, 0) || !halves(nz, 0)) {
+        throw std::invalid_argument("grid of " + std::to_string(nx) + " x " + std::to_string(nz) +
+                                    " nodes; each count must be 4 m + 1 and at least 9");
+    }
+    const auto inside = [](Index i, Index n) { return i >= 2 && i + 2 < n && i % 2 == 0; };
+    if (inside(load.ix, nx) && inside(load.iz, nz)) return;
+    throw std::invalid_argument("load at node (" + std::to_string(load.ix) + ", " + std::to_string(load.iz) +
+                                "); both must be even, and two nodes from the edge");
 }
 
 }  // namespace
 
-Compliance extrapolated_centre_compliance(const Problem& fine) {
-    require_grid(fine);
-    const Local local(fine);
-    const Problem coarse = thinned(fine);
-    const double on_fine = corrected(fine, local, local.n);
-    const double on_coarse = corrected(coarse, local, (local.n + 1) / 2);
+Estimate extrapolated_compliance(const Problem& fine, const Node& load) {
+    require_grid(fine, load);
+    const Local local(fine, load);
+    const Problem coarse = thinned_problem(fine);
+    const Node half{load.ix / 2, load.iz / 2};
+    const double on_fine = corrected(fine, load, local, local.n);
+    const double on_coarse = corrected(coarse, half, local, (local.n + 1) / 2);
     const double result = richardson(on_fine, on_coarse);
     if (!(result > 0.0))
         throw Guard("extrapolated compliance is not positive; the grid is too coarse for the plate");
 
     const double step = std::fabs(result - on_fine);
     double error = 2.0 * step;
-    const auto halves = [](Index n) { return n % 4 == 1 && n >= 9; };  // to a grid of 5 nodes at least
-    const bool third_grid = halves(coarse.rigidity_n_m.rows()) && halves(coarse.rigidity_n_m.cols());
+    const bool third_grid =
+        halves(coarse.rigidity_n_m.rows(), half.ix) && halves(coarse.rigidity_n_m.cols(), half.iz);
     if (third_grid && !has_jump(fine.rigidity_n_m)) {
-        const double on_coarsest = corrected(thinned(coarse), local, (local.n + 3) / 4);
+        const Node quarter{half.ix / 2, half.iz / 2};
+        const double on_coarsest = corrected(thinned_problem(coarse), quarter, local, (local.n + 3) / 4);
         error = std::max(std::fabs(result - richardson(on_coarse, on_coarsest)) / 4.0, step / 16.0);
     }
     return {result, error / result + TABLE_ERROR};
+}
+
+Estimate extrapolated_centre_compliance(const Problem& fine) {
+    return extrapolated_compliance(fine, {fine.rigidity_n_m.rows() / 2, fine.rigidity_n_m.cols() / 2});
 }
 
 }  // namespace palpate::plate

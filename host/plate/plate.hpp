@@ -3,30 +3,13 @@
 #pragma once
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
+#include <span>
+
+#include "host/plate/problem.hpp"
 
 namespace palpate::plate {
 
-/// A rectangular plate on a grid. Arrays are (ix, iz), corner to corner, edge nodes included.
-struct Problem {
-    Eigen::Vector2d size_m{0.04, 0.04};
-    Eigen::ArrayXXd rigidity_n_m;  ///< flexural rigidity D at the nodes, > 0; at least 5 x 5
-    Eigen::ArrayXXd
-        foundation_n_per_m3;  ///< restoring pressure per deflection at the nodes, >= 0; empty: none
-    double poisson = 0.2;     ///< in (-1, 0.5)
-};
-
-/// The first thing wrong with `problem`, in words for a person; nullopt when it can be solved.
-[[nodiscard]] std::optional<std::string> problem_with(const Problem& problem);
-
-/// A number that no guard can vouch for.
-struct Guard : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// Clamped plate, energy form K = B'CB (13-point pattern, symmetric positive definite for every D > 0;
+/// Plate, energy form K = B'CB (13-point pattern, symmetric positive definite for every D > 0;
 /// MATH.md eq. 2-4), multifrontal Cholesky. One factor, many questions. The sparsity analysis is kept between
 /// plates of one grid size. Same bits from every compiler and level. About 0.4 ms at 33 x 33 nodes, 3 ms at
 /// 65 x 65.
@@ -41,8 +24,13 @@ public:
     /// Deflection in m at the centre node under 1 N there. The node counts must be odd. Second-order in the
     /// spacing with a logarithm (h^2 ln 1/h).
     [[nodiscard]] double centre_compliance_m_per_n() const;
+    /// Deflection in m at a node under 1 N there. The centre's is the cheapest.
+    [[nodiscard]] double compliance_m_per_n(const Node& node) const;
     /// Deflection at the nodes, (ix, iz), under 1 N at a node.
     [[nodiscard]] Eigen::ArrayXXd deflection_m(Eigen::Index ix, Eigen::Index iz) const;
+    /// Deflection in m at all nodes under forces in N at all nodes; both (ix, iz), ix fastest. Forces on
+    /// nodes that cannot move do nothing.
+    void solve(std::span<const double> force_n, std::span<double> deflection_m) const;
     /// Stiffness matrix on the interior nodes, x slowest; for tests and references.
     [[nodiscard]] Eigen::MatrixXd dense_stiffness_n_per_m() const;
 
@@ -56,18 +44,21 @@ private:
 /// 1/(8 (a/l)^2) for a/l large. Relative error below 1e-9 up to a/l = 24, 1e-7 beyond (MATH.md eq. 6-7).
 [[nodiscard]] double uniform_square_compliance(double side_over_l);
 
-struct Compliance {
+/// A compliance and how wrong it may be.
+struct Estimate {
     double m_per_n;
     double relative_error;  ///< estimated, about the continuum; within a factor of 2 where it matters, else
                             ///< pessimistic
 };
 
-/// Centre compliance extrapolated to the continuum from two grids, the finer `fine` and the coarser made of
-/// its every second node: c* = [4 (c_fine - delta_fine/D0) - (c_coarse - delta_coarse/D0)]/3, delta the
-/// uniform square's own grid error at the local l (MATH.md eq. 8-10). Exact for a uniform square; other
-/// proportions and spacings cost no order, as delta then comes from a square of the mean spacing. Node counts
-/// 4 m + 1, at least 9. Smooth in D and k_f. Throws as Plate does. About 0.45 ms at 33 x 33; a thread's first
-/// call with a new grid and range of a/l some 20 times that.
-[[nodiscard]] Compliance extrapolated_centre_compliance(const Problem& fine);
+/// Compliance at a node extrapolated to the continuum from two grids, the finer `fine` and the coarser made
+/// of its every second node: c* = [4 (c_fine - delta_fine/D0) - (c_coarse - delta_coarse/D0)]/3, delta the
+/// uniform square's own grid error at the local l (MATH.md eq. 8-10). Exact at the centre of a uniform
+/// square; other places, proportions and spacings cost no order, as delta then comes from a square of the
+/// mean spacing. Node counts 4 m + 1, at least 9; the node's numbers even. Smooth in D and k_f. Throws as
+/// Plate does. About 0.45 ms at 33 x 33; a thread's first call with a new grid and range of a/l some 20 times
+/// that.
+[[nodiscard]] Estimate extrapolated_compliance(const Problem& fine, const Node& load);
+[[nodiscard]] Estimate extrapolated_centre_compliance(const Problem& fine);
 
 }  // namespace palpate::plate

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/plate/factor.hpp"
+#include "host/plate/direct/factor.hpp"
 #include "host/plate/plate.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/host/plate/fields.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/plate/plate.hpp"
-#include "host/plate/uniform.hpp"
+#include "host/plate/uniform/uniform.hpp"
 #include "tests/host/plate/fields.hpp"
 #include "tests/host/plate/square_series.hpp"
 
@@ -59,7 +59,7 @@ TEST_CASE("the uniform square's grid values are those of the plate itself") {
 TEST_CASE("a uniform square comes out exact on every grid, however coarse for its l") {
     for (const double s : {0.0, 6.7, 13.5, 30.0, 60.0}) {
         CAPTURE(s);
-        const Compliance compliance = extrapolated_centre_compliance(on_foundation(unit_square(17, one), s));
+        const Estimate compliance = extrapolated_centre_compliance(on_foundation(unit_square(17, one), s));
         CHECK(compliance.m_per_n == Approx(uniform_square_compliance(s)).epsilon(1e-8));
         CHECK(compliance.relative_error < 1e-5);
     }
@@ -67,11 +67,11 @@ TEST_CASE("a uniform square comes out exact on every grid, however coarse for it
 
 TEST_CASE("nine nodes are enough, and one fewer row is not") {
     for (const double s : {0.0, 6.7, 13.5}) {
-        const Compliance compliance = extrapolated_centre_compliance(on_foundation(unit_square(9, one), s));
+        const Estimate compliance = extrapolated_centre_compliance(on_foundation(unit_square(9, one), s));
         CHECK(compliance.m_per_n == Approx(uniform_square_compliance(s)).epsilon(1e-8));
         CHECK(compliance.relative_error < 1e-5);
     }
-    const Compliance hill = extrapolated_centre_compliance(unit_square(9, gauss));
+    const Estimate hill = extrapolated_centre_compliance(unit_square(9, gauss));
     const double truth = extrapolated_centre_compliance(unit_square(65, gauss)).m_per_n;
     CHECK(std::fabs(hill.m_per_n / truth - 1.0) <= 2.0 * hill.relative_error);
     CHECK_THROWS_AS(extrapolated_centre_compliance(unit_square(5, one)), std::invalid_argument);
@@ -101,7 +101,7 @@ TEST_CASE("known compliances are met by 17 + 33 and 33 + 65 nodes, and the error
         Problem finer = unit_square(65, k.rigidity);
         finer.poisson = k.poisson;
         for (const auto& [problem, allowed] : {std::pair{fine, k.on_33}, std::pair{finer, k.on_65}}) {
-            const Compliance compliance = extrapolated_centre_compliance(problem);
+            const Estimate compliance = extrapolated_centre_compliance(problem);
             const double error = std::fabs(compliance.m_per_n / k.compliance - 1.0);
             INFO(k.name << ", " << problem.rigidity_n_m.rows() << ": error " << error << ", told "
                         << compliance.relative_error);
@@ -151,9 +151,9 @@ TEST_CASE("a foundation costs no accuracy, and the error told is never less than
             return extrapolated_centre_compliance(
                 on_foundation(unit_square(n, field.rigidity), field.side_over_l));
         };
-        const Compliance truth = compliance(129);
-        const Compliance coarse = compliance(17);
-        const Compliance fine = compliance(33);
+        const Estimate truth = compliance(129);
+        const Estimate coarse = compliance(17);
+        const Estimate fine = compliance(33);
         const double error = std::fabs(fine.m_per_n / truth.m_per_n - 1.0);
         INFO(field.name << ": error " << error << ", told " << fine.relative_error);
         CHECK(error <= field.on_33);

@@ -1,4 +1,4 @@
-#include "host/plate/lobatto.hpp"
+#include "host/plate/uniform/lobatto.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "host/plate/factor.hpp"
+#include "host/plate/direct/factor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <memory>
 #include <span>
 
-#include "host/plate/analysis.hpp"
+#include "host/plate/direct/analysis.hpp"
 
 namespace palpate::plate {
 

@@ -1,4 +1,4 @@
-#include "host/plate/uniform.hpp"
+#include "host/plate/uniform/uniform.hpp"
 
 #include <array>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/plate/lobatto.hpp"
+#include "host/plate/uniform/lobatto.hpp"
 
 namespace palpate::plate {
 namespace {
@@ -22,7 +22,7 @@ constexpr std::size_t N_TABULATED =
 using Values = std::array<double, N_LOBATTO>;
 
 constexpr std::array<Values, N_TABULATED> CONTINUUM{{
-#include "host/plate/uniform_table.inc"
+#include "host/plate/uniform/uniform_table.inc"
 }};
 
 std::optional<std::size_t> interval_of(double side_over_l) {

@@ -1,11 +1,13 @@
-/// Where everything goes in the Cholesky factor of a clamped plate: depends on the node counts only.
+/// Where everything goes in the Cholesky factor of a plate: depends on the grid and on
+/// which edges can move, not on K.
 #pragma once
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
+
+#include "host/plate/stencil.hpp"
 
 namespace palpate::plate {
 
@@ -24,41 +26,37 @@ struct Front {
 struct Analysis {
     static constexpr std::size_t EDGE = static_cast<std::size_t>(-1);
 
-    Analysis(Eigen::Index nx, Eigen::Index nz);
+    Analysis(Eigen::Index nx, Eigen::Index nz, const Moving& moving);
 
-    [[nodiscard]] std::size_t node(Eigen::Index ix, Eigen::Index iz) const {
-        return static_cast<std::size_t>(ix * nz + iz);
-    }
-
-    Eigen::Index nx;
-    Eigen::Index nz;
+    Layout layout;
+    Moving moving;
     std::size_t n_unknowns;
-    std::vector<std::size_t> number;  ///< elimination number of each node, EDGE on the clamped edge
-    std::vector<Front> fronts;        ///< in order of elimination
-    std::size_t n_factor;             ///< entries of all panels
-    std::size_t largest_front;        ///< rows
-    std::size_t n_waiting;  ///< most entries of Schur complements that wait for their parents at one time
+    std::vector<std::size_t>
+        number;                 ///< elimination number of each node, in the layout; EDGE if it cannot move
+    std::vector<Front> fronts;  ///< in order of elimination
+    std::size_t n_factor;       ///< entries of all panels
+    std::size_t largest_front;  ///< rows
+    std::size_t n_waiting;      ///< most entries of Schur complements that wait for their parents at one time
 
     /// Lower triangle of K by columns of elimination number; the diagonal comes first in each column.
     std::vector<std::size_t> column;     ///< first entry of each column; n_unknowns + 1
     std::vector<std::size_t> row;        ///< of each entry
     std::vector<std::size_t> front_row;  ///< of each entry: place in the rows of its column's front
 
-    /// Entries of K that the energy of a node (pairs of centre, -x, +x, -z, +z) and of a cell (pairs of its
-    /// four corners) adds to; pairs (a, b) with a >= b, row by row. An entry that a clamped node has part in
-    /// is `row.size()`.
-    std::vector<std::array<std::size_t, 15>> node_entries;
-    std::vector<std::array<std::size_t, 10>> cell_entries;  ///< (nx - 1) x (nz - 1), z fastest
+    /// Where in a stencil each entry is.
+    struct Source {
+        Coupling coupling;
+        std::size_t at;
+    };
+    std::vector<Source> source;
 
 private:
     void connect_fronts();
     void make_pattern();
-    void locate_entries();
-    [[nodiscard]] std::size_t entry(std::size_t node_a, std::size_t node_b) const;
 };
 
-/// The analysis for one grid size. Each thread keeps those it has made (a pure function's memory: results do
+/// The analysis for one grid. Each thread keeps those it has made (a pure function's memory: results do
 /// not depend on it).
-[[nodiscard]] std::shared_ptr<const Analysis> analysis_for(Eigen::Index nx, Eigen::Index nz);
+[[nodiscard]] std::shared_ptr<const Analysis> analysis_for(const Layout& layout, const Moving& moving);
 
 }  // namespace palpate::plate

@@ -1,8 +1,9 @@
-#include "host/plate/analysis.hpp"
+#include "host/plate/direct/analysis.hpp"
 
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace palpate::plate {
@@ -58,11 +59,11 @@ public:
 
 private:
     void number(const Box& box) {
-        const std::size_t centre = analysis_.node(analysis_.nx / 2, analysis_.nz / 2);
+        const std::size_t centre = analysis_.layout.at(analysis_.layout.nx / 2, analysis_.layout.nz / 2);
         bool has_centre = false;
         for (Index ix = box.x0; ix < box.x1; ++ix) {
             for (Index iz = box.z0; iz < box.z1; ++iz) {
-                const std::size_t node = analysis_.node(ix, iz);
+                const std::size_t node = analysis_.layout.at(ix, iz);
                 if (node == centre) {
                     has_centre = true;
                 } else {
@@ -87,8 +88,8 @@ void for_neighbours(const Analysis& analysis, Index ix, Index iz, Visit visit) {
     for (const auto& [dx, dz] : REACH) {
         const Index x = ix + dx;
         const Index z = iz + dz;
-        if (x < 1 || x > analysis.nx - 2 || z < 1 || z > analysis.nz - 2) continue;
-        visit(x, z, analysis.number[analysis.node(x, z)]);
+        if (!analysis.moving.holds(x, z)) continue;
+        visit(x, z, analysis.number[analysis.layout.at(x, z)]);
     }
 }
 
@@ -114,16 +115,16 @@ std::size_t place_in(const std::vector<std::size_t>& rows, std::size_t number) {
 
 }  // namespace
 
-Analysis::Analysis(Index n_x, Index n_z)
-    : nx(n_x),
-      nz(n_z),
-      n_unknowns(static_cast<std::size_t>((n_x - 2) * (n_z - 2))),
-      number(static_cast<std::size_t>(n_x * n_z), EDGE),
+Analysis::Analysis(Index nx, Index nz, const Moving& that_move)
+    : layout{nx, nz},
+      moving(that_move),
+      n_unknowns(static_cast<std::size_t>(moving.count())),
+      number(layout.size(), EDGE),
       n_factor(0),
       largest_front(0),
       n_waiting(0) {
     std::vector<Box> boxes;
-    Dissection(*this, boxes).eliminate({1, nx - 1, 1, nz - 1});
+    Dissection(*this, boxes).eliminate({moving.x0, moving.x1, moving.z0, moving.z1});
     for (std::size_t f = 0; f < fronts.size(); ++f) {
         Front& front = fronts[f];
         for (std::size_t k = 0; k < front.n_pivots; ++k) front.rows.push_back(front.first + k);
@@ -132,7 +133,6 @@ Analysis::Analysis(Index n_x, Index n_z)
     }
     connect_fronts();
     make_pattern();
-    locate_entries();
 }
 
 void Analysis::connect_fronts() {
@@ -155,68 +155,42 @@ void Analysis::connect_fronts() {
 }
 
 void Analysis::make_pattern() {
-    std::vector<std::vector<std::size_t>> columns(n_unknowns);
-    for (Index ix = 1; ix < nx - 1; ++ix) {
-        for (Index iz = 1; iz < nz - 1; ++iz) {
-            std::vector<std::size_t>& rows = columns[number[node(ix, iz)]];
-            rows.push_back(number[node(ix, iz)]);
-            for_neighbours(*this, ix, iz, [&](Index, Index, std::size_t other) {
-                if (other > rows.front()) rows.push_back(other);
-            });
-            std::sort(rows.begin(), rows.end());
+    struct Entry {
+        std::size_t row;
+        Source source;
+    };
+    std::vector<std::vector<Entry>> columns(n_unknowns);
+    for (Index ix = moving.x0; ix < moving.x1; ++ix) {
+        for (Index iz = moving.z0; iz < moving.z1; ++iz) {
+            const std::size_t at = layout.at(ix, iz);
+            for (std::size_t c = CENTRE; c < N_COUPLINGS; ++c) {
+                const Index x = ix + OFFSETS[c].dx, z = iz + OFFSETS[c].dz;
+                if (!moving.holds(x, z)) continue;
+                const auto [low, high] = std::minmax({number[at], number[layout.at(x, z)]});
+                columns[low].push_back({high, {static_cast<Coupling>(c), at}});
+            }
         }
     }
     column.push_back(0);
     for (const Front& front : fronts) {
         for (std::size_t k = 0; k < front.n_pivots; ++k) {
-            for (const std::size_t r : columns[front.first + k]) {
-                row.push_back(r);
-                front_row.push_back(place_in(front.rows, r));
+            std::vector<Entry>& entries = columns[front.first + k];
+            std::sort(entries.begin(), entries.end(),
+                      [](const Entry& a, const Entry& b) { return a.row < b.row; });
+            for (const Entry& entry : entries) {
+                row.push_back(entry.row);
+                front_row.push_back(place_in(front.rows, entry.row));
+                source.push_back(entry.source);
             }
             column.push_back(row.size());
         }
     }
 }
 
-std::size_t Analysis::entry(std::size_t node_a, std::size_t node_b) const {
-    const std::size_t a = number[node_a];
-    const std::size_t b = number[node_b];
-    if (a == EDGE || b == EDGE) return row.size();
-    const auto begin = row.begin() + static_cast<std::ptrdiff_t>(column[std::min(a, b)]);
-    const auto end = row.begin() + static_cast<std::ptrdiff_t>(column[std::min(a, b) + 1]);
-    return static_cast<std::size_t>(std::distance(row.begin(), std::lower_bound(begin, end, std::max(a, b))));
-}
-
-void Analysis::locate_entries() {
-    const auto pairs = [this](std::span<const std::size_t> nodes, std::span<std::size_t> entries) {
-        std::size_t next = 0;
-        for (std::size_t a = 0; a < nodes.size(); ++a) {
-            for (std::size_t b = 0; b <= a; ++b) entries[next++] = entry(nodes[a], nodes[b]);
-        }
-    };
-    node_entries.resize(number.size());
-    for (Index ix = 0; ix < nx; ++ix) {
-        for (Index iz = 0; iz < nz; ++iz) {
-            // Beyond the edge any clamped node will do: the centre of an edge node is clamped itself.
-            const std::array<std::size_t, 5> nodes{
-                node(ix, iz), node(std::max<Index>(ix - 1, 0), iz), node(std::min(ix + 1, nx - 1), iz),
-                node(ix, std::max<Index>(iz - 1, 0)), node(ix, std::min(iz + 1, nz - 1))};
-            pairs(nodes, node_entries[node(ix, iz)]);
-        }
-    }
-    for (Index ix = 0; ix + 1 < nx; ++ix) {
-        for (Index iz = 0; iz + 1 < nz; ++iz) {
-            const std::array<std::size_t, 4> nodes{node(ix, iz), node(ix + 1, iz), node(ix, iz + 1),
-                                                   node(ix + 1, iz + 1)};
-            pairs(nodes, cell_entries.emplace_back());
-        }
-    }
-}
-
-std::shared_ptr<const Analysis> analysis_for(Index nx, Index nz) {
-    thread_local std::map<std::pair<Index, Index>, std::shared_ptr<const Analysis>> made;
-    std::shared_ptr<const Analysis>& slot = made[{nx, nz}];
-    if (!slot) slot = std::make_shared<const Analysis>(nx, nz);
+std::shared_ptr<const Analysis> analysis_for(const Layout& layout, const Moving& moving) {
+    thread_local std::map<std::tuple<Index, Index, Moving>, std::shared_ptr<const Analysis>> made;
+    std::shared_ptr<const Analysis>& slot = made[{layout.nx, layout.nz, moving}];
+    if (!slot) slot = std::make_shared<const Analysis>(layout.nx, layout.nz, moving);
     return slot;
 }
 
