@@ -54,7 +54,7 @@ struct Local {
     double side_over_l;
 
     Local(const Problem& problem, const Node& load)
-        : n(std::min(problem.rigidity_n_m.rows(), problem.rigidity_n_m.cols())) {
+        : n(std::min(problem.rigidity_n_m.rows(), problem.rigidity_n_m.cols()) | 1) {
         const double hx_m =
             spacing_m(problem.lines_x_m, problem.rigidity_n_m.rows(), problem.size_m.x(), load.ix);
         const double hz_m =
@@ -69,10 +69,8 @@ struct Local {
 };
 
 /// Compliance on a grid, less the grid error of the local uniform plate there (MATH.md eq. 8).
-double corrected(const Problem& problem, const Node& load, const Local& local, Index n) {
-    const double error =
-        uniform_square_grid_compliance(n, local.side_over_l) - uniform_square_compliance(local.side_over_l);
-    return Plate(problem).compliance_m_per_n(load) - error * local.scale_m_per_n;
+double corrected(const Problem& problem, const Node& load) {
+    return Plate(problem).compliance_m_per_n(load) - local_grid_error_m_per_n(problem, load);
 }
 
 double richardson(double on_fine, double on_coarse) {
@@ -112,13 +110,18 @@ void require_grid(const Problem& problem, const Node& load) {
 
 }  // namespace
 
+double local_grid_error_m_per_n(const Problem& problem, const Node& load) {
+    const Local local(problem, load);
+    return local.scale_m_per_n * (uniform_square_grid_compliance(local.n, local.side_over_l) -
+                                  uniform_square_compliance(local.side_over_l));
+}
+
 Estimate extrapolated_compliance(const Problem& fine, const Node& load) {
     require_grid(fine, load);
-    const Local local(fine, load);
     const Problem coarse = thinned_problem(fine);
     const Node half{load.ix / 2, load.iz / 2};
-    const double on_fine = corrected(fine, load, local, local.n);
-    const double on_coarse = corrected(coarse, half, local, (local.n + 1) / 2);
+    const double on_fine = corrected(fine, load);
+    const double on_coarse = corrected(coarse, half);
     const double result = richardson(on_fine, on_coarse);
     if (!(result > 0.0))
         throw Guard("extrapolated compliance is not positive; the grid is too coarse for the plate");
@@ -129,7 +132,7 @@ Estimate extrapolated_compliance(const Problem& fine, const Node& load) {
         halves(coarse.rigidity_n_m.rows(), half.ix) && halves(coarse.rigidity_n_m.cols(), half.iz);
     if (third_grid && !has_jump(fine.rigidity_n_m)) {
         const Node quarter{half.ix / 2, half.iz / 2};
-        const double on_coarsest = corrected(thinned_problem(coarse), quarter, local, (local.n + 3) / 4);
+        const double on_coarsest = corrected(thinned_problem(coarse), quarter);
         error = std::max(std::fabs(result - richardson(on_coarse, on_coarsest)) / 4.0, step / 16.0);
     }
     return {result, error / result + TABLE_ERROR};

@@ -29,8 +29,9 @@ double linear(const Eigen::ArrayXXd& v, std::pair<Index, double> x, std::pair<In
 /// Grid lines x(t) = t + c t (1 - t), t = i/(n - 1), over a side of 1, so that `wanted` is a line on this
 /// grid and on the two coarser ones (MATH.md eq. 32). Slopes stay within 1 +- |c|, |c| <= 1/2 where it can be
 /// had.
-Eigen::ArrayXd moved_lines(Index n, double length_m, double wanted_m) {
-    const Index step = (n - 1) % 4 == 0 ? 4 : (n - 1) % 2 == 0 ? 2 : 1;
+Eigen::ArrayXd moved_lines(Index n, double length_m, double wanted_m, int halvings) {
+    Index step = 1;
+    for (int k = 0; k < halvings && (n - 1) % (2 * step) == 0; ++k) step *= 2;
     const double wanted = wanted_m / length_m, coarse = static_cast<double>((n - 1) / step);
     const double node = std::clamp(std::round(wanted * coarse), 1.0, coarse - 1.0) / coarse;
     const double c = (wanted - node) / (node * (1.0 - node));
@@ -116,17 +117,17 @@ Field sampled(Eigen::ArrayXXd values, const Eigen::Vector2d& size_m, Sampling sa
     };
 }
 
-Problem on_grid(const Sheet& sheet, Index nx, Index nz, const std::optional<Eigen::Vector2d>& node_at_m) {
+Problem on_grid(const Sheet& sheet, Index nx, Index nz, const std::optional<NodeAt>& node_at) {
     Problem problem;
     problem.size_m = sheet.size_m;
     problem.poisson = sheet.poisson;
     problem.edges = sheet.edges;
-    if (node_at_m) {
-        problem.lines_x_m = moved_lines(nx, sheet.size_m.x(), node_at_m->x());
-        problem.lines_z_m = moved_lines(nz, sheet.size_m.y(), node_at_m->y());
+    if (node_at) {
+        problem.lines_x_m = moved_lines(nx, sheet.size_m.x(), node_at->at_m.x(), node_at->halvings);
+        problem.lines_z_m = moved_lines(nz, sheet.size_m.y(), node_at->at_m.y(), node_at->halvings);
     }
-    const Eigen::ArrayXd x_m = node_at_m ? problem.lines_x_m : even_lines(nx, sheet.size_m.x());
-    const Eigen::ArrayXd z_m = node_at_m ? problem.lines_z_m : even_lines(nz, sheet.size_m.y());
+    const Eigen::ArrayXd x_m = node_at ? problem.lines_x_m : even_lines(nx, sheet.size_m.x());
+    const Eigen::ArrayXd z_m = node_at ? problem.lines_z_m : even_lines(nz, sheet.size_m.y());
     problem.rigidity_n_m.resize(nx, nz);
     problem.harmonic_x_n_m.resize(nx, nz);
     problem.harmonic_z_n_m.resize(nx, nz);

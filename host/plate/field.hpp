@@ -30,12 +30,17 @@ struct Sheet {
     std::array<Edge, 4> edges{};
 };
 
+/// A place that shall be a node, and of how many coarser grids too (each made of every second node).
+struct NodeAt {
+    Eigen::Vector2d at_m;
+    int halvings = 0;
+};
+
 /// The sheet on nx x nz nodes. Where D jumps on a grid line the node gets the mean of its sides and their
-/// harmonic means (MATH.md eq. 30). With `node_at_m` the grid lines move smoothly so that this place is a
-/// node, the same lines for nx, 2 nx - 1 and 4 nx - 3 (MATH.md eq. 32); the closer it is to an edge the less
-/// even they are.
+/// harmonic means (MATH.md eq. 30). With `node_at` the grid lines move smoothly so that this place is a node
+/// (MATH.md eq. 32); the closer it is to an edge the less even they are.
 [[nodiscard]] Problem on_grid(const Sheet& sheet, Eigen::Index nx, Eigen::Index nz,
-                              const std::optional<Eigen::Vector2d>& node_at_m = std::nullopt);
+                              const std::optional<NodeAt>& node_at = std::nullopt);
 
 [[nodiscard]] Node nearest_node(const Problem& problem, const Eigen::Vector2d& at_m);
 
