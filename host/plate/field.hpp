@@ -37,7 +37,7 @@ struct NodeAt {
 };
 
 /// The sheet on nx x nz nodes. Where D jumps on a grid line the node gets the mean of its sides and their
-/// harmonic means (MATH.md eq. 30). With `node_at` the grid lines move smoothly so that this place is a node
+/// harmonic means (MATH.md eq. 31). With `node_at` the grid lines move smoothly so that this place is a node
 /// (MATH.md eq. 32); the closer it is to an edge the less even they are.
 [[nodiscard]] Problem on_grid(const Sheet& sheet, Eigen::Index nx, Eigen::Index nz,
                               const std::optional<NodeAt>& node_at = std::nullopt);

@@ -23,7 +23,7 @@ struct Problem {
     std::array<Edge, 4> edges{};       ///< x low, x high, z low, z high
     Eigen::ArrayXXd poisson_at_nodes;  ///< in (-1, 0.5); empty: `poisson` everywhere
     /// Harmonic means of D on the two sides of each node, across x and across z: the laminate rule at jumps
-    /// of D along grid lines (MATH.md eq. 30). Between 0 and rigidity_n_m; empty: D does not jump.
+    /// of D along grid lines (MATH.md eq. 31). Between 0 and rigidity_n_m; empty: D does not jump.
     Eigen::ArrayXXd harmonic_x_n_m, harmonic_z_n_m;
     Mask solid;  ///< false: no plate there (a hole, an outline); empty: plate everywhere
     /// Grid lines in m, ascending from 0 to size_m; empty: evenly spaced.

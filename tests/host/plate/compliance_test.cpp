@@ -137,7 +137,7 @@ TEST_CASE(
         unit_sheet([](double x, double z) { return 1.0 + 4.0 * fields::bell(x, z, 0.5, 0.5, 0.15); });
     const Load load{.at_m = {0.5, 0.5}};
     Index before = 0;
-    for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+    for (const double tolerance : {1e-2, 1e-3, 3e-4}) {
         const Compliance c = compliance(hill, {129, 129}, std::array{load}, {.tolerance = tolerance});
         CHECK(std::fabs(c.m_per_n / 0.00257143 - 1.0) < tolerance);
         if (c.method == Method::bounds) continue;
