@@ -8,6 +8,8 @@ namespace palpate::app {
 
 /// Adds the command; `chosen` is set to what it does when the command line names it.
 void add_run(CLI::App& palpate, std::function<int()>& chosen);
+void add_bench(CLI::App& palpate, std::function<int()>& chosen);
+void add_solve(CLI::App& palpate, std::function<int()>& chosen);
 #ifdef PALPATE_HAS_VIEW
 void add_view(CLI::App& palpate, std::function<int()>& chosen);
 #endif

@@ -34,6 +34,8 @@ int run(int argc, char** argv) {
     });
     std::function<int()> chosen;
     palpate::app::add_run(palpate, chosen);
+    palpate::app::add_bench(palpate, chosen);
+    palpate::app::add_solve(palpate, chosen);
 #ifdef PALPATE_HAS_VIEW
     palpate::app::add_view(palpate, chosen);
 #endif

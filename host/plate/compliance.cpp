@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "host/plate/bounds/bounds.hpp"
+#include "host/plate/certificate.hpp"
 #include "host/plate/grid_family.hpp"
 #include "host/plate/uniform/closed_form.hpp"
 #include "host/plate/variation.hpp"
@@ -16,6 +18,7 @@ namespace {
 using Eigen::Index;
 
 constexpr double SMOOTH_CONTRAST = 10.0;  ///< what multigrid is quick on
+constexpr double ROUNDING = 1e-12;        ///< of a closed form
 constexpr Index MULTIGRID_NODES = 129;
 constexpr Index FIRST_NODES = 17;  ///< automatic: the finest of the first grids
 
@@ -121,13 +124,30 @@ Compliance by_closed_form(const Sheet& sheet, const Nodes& nodes, std::span<cons
     return result;
 }
 
+Compliance by_bounds(const Bracket& bracket, const std::string& why) {
+    Compliance result;
+    result.method = Method::bounds;
+    result.kernel = "plain";
+    result.nodes = {0, 0};
+    result.m_per_n = bracket.middle_m_per_n();
+    result.relative_error = bracket.relative_error();
+    result.why = why + "the middle of bounds that differ by " +
+                 text(bracket.upper_m_per_n / bracket.lower_m_per_n - 1.0, 2) + " (" + name_of(bracket.rung) +
+                 ")";
+    return result;
+}
+
 /// Coarse grids first, until the estimated error meets the tolerance or the asked grid is reached.
 Compliance automatic(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
-                     const Accuracy& accuracy, const Wanted& wanted) {
-    if (const auto against = no_closed_form(sheet, nodes, loads); !against) {
+                     const Accuracy& accuracy, const Wanted& wanted, const std::optional<Bracket>& bracket) {
+    if (!no_closed_form(sheet, nodes, loads)) {
         Compliance result = by_closed_form(sheet, nodes, loads, wanted);
         result.why = "D, foundation and edges have a closed form; it is exact";
         return result;
+    }
+    if (bracket && bracket->relative_error() <= accuracy.tolerance && loads.size() == 1 &&
+        wanted.points_m.empty() && !wanted.field) {
+        return by_bounds(*bracket, "nothing needs solving: ");
     }
     const GridFamily family(sheet, loads, accuracy, wanted);
     std::vector<Nodes> grids{nodes};
@@ -154,14 +174,11 @@ Compliance automatic(const Sheet& sheet, const Nodes& nodes, std::span<const Loa
     return result;
 }
 
-}  // namespace
-
-Compliance compliance(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
-                      const Accuracy& accuracy, const Wanted& wanted) {
-    require(sheet, nodes, loads, accuracy, wanted);
-    if (const auto words = problem_with(on_grid(sheet, nodes.nx, nodes.nz)))
-        throw std::invalid_argument(*words);
-    if (accuracy.method == Method::automatic) return automatic(sheet, nodes, loads, accuracy, wanted);
+Compliance chosen(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
+                  const Accuracy& accuracy, const Wanted& wanted, const std::optional<Bracket>& bracket,
+                  const std::string& no_bracket_why) {
+    if (accuracy.method == Method::automatic)
+        return automatic(sheet, nodes, loads, accuracy, wanted, bracket);
     if (accuracy.method == Method::closed_form) {
         if (const auto against = no_closed_form(sheet, nodes, loads))
             throw std::invalid_argument("no closed form: " + *against);
@@ -169,13 +186,56 @@ Compliance compliance(const Sheet& sheet, const Nodes& nodes, std::span<const Lo
         result.why = "asked for";
         return result;
     }
-    if (accuracy.method == Method::bounds) throw std::invalid_argument("bounds alone do not solve");
+    if (accuracy.method == Method::bounds) {
+        if (!bracket) throw std::invalid_argument("no bounds: " + no_bracket_why);
+        if (!wanted.points_m.empty() || wanted.field)
+            throw std::invalid_argument("bounds tell the compliance alone, no deflections elsewhere");
+        return by_bounds(*bracket, "asked for: ");
+    }
     if (accuracy.extrapolate && !halves(nodes)) {
         throw std::invalid_argument("grid of " + grid_text(nodes) +
                                     "; to extrapolate each count must be 4 m + 1 and at least 9");
     }
     Compliance result = GridFamily(sheet, loads, accuracy, wanted).on(nodes, accuracy.method);
     result.why = "asked for";
+    return result;
+}
+
+/// A value outside a bracket says that one of the two is wrong.
+void put_bracket(const std::optional<Bracket>& bracket, const std::string& why, Compliance& result) {
+    if (result.method == Method::closed_form) {
+        const double error = result.relative_error + ROUNDING;
+        result.bracket_m_per_n = {result.m_per_n * (1.0 - error), result.m_per_n * (1.0 + error)};
+        return;
+    }
+    if (!bracket) {
+        result.no_bracket_why = why;
+        return;
+    }
+    result.bracket_m_per_n = {bracket->lower_m_per_n, bracket->upper_m_per_n};
+    if (result.status != Status::solved) return;
+    const double error = std::min(result.relative_error, 1.0);
+    if (result.m_per_n * (1.0 + error) >= bracket->lower_m_per_n &&
+        result.m_per_n * (1.0 - error) <= bracket->upper_m_per_n)
+        return;
+    throw Guard(std::string(name_of(result.method)) + " gives " + text(result.m_per_n, 6) +
+                " m/N, outside the certified bounds " + text(bracket->lower_m_per_n, 6) + " to " +
+                text(bracket->upper_m_per_n, 6));
+}
+
+}  // namespace
+
+Compliance compliance(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
+                      const Accuracy& accuracy, const Wanted& wanted) {
+    require(sheet, nodes, loads, accuracy, wanted);
+    if (const auto words = problem_with(on_grid(sheet, nodes.nx, nodes.nz)))
+        throw std::invalid_argument(*words);
+    std::string why = "not asked for";
+    std::optional<Bracket> bracket;
+    if (accuracy.bracket || accuracy.method == Method::bounds)
+        bracket = certificate(sheet, nodes, loads.front(), accuracy.tolerance, why);
+    Compliance result = chosen(sheet, nodes, loads, accuracy, wanted, bracket, why);
+    put_bracket(bracket, why, result);
     return result;
 }
 

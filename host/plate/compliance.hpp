@@ -29,6 +29,7 @@ struct Accuracy {
     double tolerance = 1e-3;  ///< relative, of the continuum's compliance at the first load
     Method method = Method::automatic;
     bool extrapolate = true;  ///< from the asked grid and coarser ones to the continuum
+    bool bracket = true;      ///< certify: 10 to 500 ms more
     Options
         options{};  ///< of the iterative methods; `tolerance` is derived unless the stop rule is the paper's
 };

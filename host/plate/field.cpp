@@ -122,12 +122,17 @@ Problem on_grid(const Sheet& sheet, Index nx, Index nz, const std::optional<Node
     problem.size_m = sheet.size_m;
     problem.poisson = sheet.poisson;
     problem.edges = sheet.edges;
+    const Eigen::ArrayXd even_x_m = even_lines(nx, sheet.size_m.x()),
+                         even_z_m = even_lines(nz, sheet.size_m.y());
+    Eigen::ArrayXd x_m = even_x_m, z_m = even_z_m;
     if (node_at) {
-        problem.lines_x_m = moved_lines(nx, sheet.size_m.x(), node_at->at_m.x(), node_at->halvings);
-        problem.lines_z_m = moved_lines(nz, sheet.size_m.y(), node_at->at_m.y(), node_at->halvings);
+        x_m = moved_lines(nx, sheet.size_m.x(), node_at->at_m.x(), node_at->halvings);
+        z_m = moved_lines(nz, sheet.size_m.y(), node_at->at_m.y(), node_at->halvings);
     }
-    const Eigen::ArrayXd x_m = node_at ? problem.lines_x_m : even_lines(nx, sheet.size_m.x());
-    const Eigen::ArrayXd z_m = node_at ? problem.lines_z_m : even_lines(nz, sheet.size_m.y());
+    if ((x_m != even_x_m).any() || (z_m != even_z_m).any()) {
+        problem.lines_x_m = x_m;
+        problem.lines_z_m = z_m;
+    }
     problem.rigidity_n_m.resize(nx, nz);
     problem.harmonic_x_n_m.resize(nx, nz);
     problem.harmonic_z_n_m.resize(nx, nz);

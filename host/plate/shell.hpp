@@ -21,7 +21,7 @@ struct ShellTerm {
 /// SHELL-MEAN). That is E h kappa1 kappa2, exact, on domes and bowls that the patch's edge does not hold. No
 /// foundation is right for cylinders and saddles: the mean lies between a fixed and an in-plane free edge for
 /// saddles, 25 % above free for the cylinder. Continuous from one to the other. E is replaced by its harmonic
-/// Gaussian mean over sigma = 2 l, as the membrane is not local (MATH.md, SHELL-E). The object is taken to go
+/// Gaussian mean over sigma = 2 l, as the membrane is not local (MATH.md eq. 39). The object is taken to go
 /// on: good to 0.45 l/R on a closed shell; a patch with a free rim is 20-35 % softer.
 /// `young_pa` at the nodes (ix, iz) of a patch of `size_m`, odd counts, >= 0, > 0 at the centre; 0: no skin,
 /// left out of the means. `thickness_m` > 0 alike, or 1 x 1. Throws std::invalid_argument. n^3 operations.

@@ -2,8 +2,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "host/plate/problem.hpp"
 
@@ -12,6 +14,8 @@ namespace palpate::plate {
 enum class Method { automatic, cholesky, multigrid, closed_form, bounds, eigen, jacobi, damped_jacobi, eq7 };
 /// `auto cholesky multigrid closed-form bounds eigen jacobi damped-jacobi eq7`
 [[nodiscard]] const char* name_of(Method method);
+/// nullopt when there is no such method.
+[[nodiscard]] std::optional<Method> method_named(std::string_view name);
 
 enum class Status { solved, not_converged, diverged };
 /// `solved not-converged diverged`
@@ -29,11 +33,12 @@ struct Options {
     double tolerance =
         1e-6;  ///< of the true residual |K w - f|/|f|, or of |w' - w|/|w'| with StopRule::change
     StopRule stop = StopRule::residual;
-    long sweeps_max = 100000;  ///< of the iterative methods
+    long sweeps_max = 100000;  ///< of Jacobi's sweeps and of multigrid's iterations
     Kernel kernel = Kernel::portable;
 };
 
-/// How a solution came about. `w` means nothing unless the status is `solved`.
+/// How a solution came about. `w` is to be used if the status is `solved` only; otherwise it is the last
+/// iterate.
 struct Report {
     Status status = Status::solved;
     long iterations = 0;    ///< 0: direct
@@ -44,13 +49,18 @@ struct Report {
 class Solver {
 public:
     virtual ~Solver() = default;
-    /// Another D on the same grid; all else stays. Does not allocate. Throws Guard.
+    /// Another D on the same grid; all else stays, but for jumps on grid lines, of which there are none any
+    /// more. Does not allocate, except eigen and eq7. Throws std::invalid_argument on a wrong size, Guard
+    /// when D is not positive and finite, the old D then stays, or when a factor of it cannot be trusted:
+    /// every solve then throws the same until a good D is set.
     virtual void set_rigidity(const Eigen::Ref<const Eigen::ArrayXXd>& rigidity_n_m) = 0;
     /// Deflection at the nodes in m under forces at the nodes in N, both nodes of the grid (ix, iz), ix
-    /// fastest. Forces on nodes that cannot move do nothing. Throws Guard.
+    /// fastest. Forces on nodes that cannot move do nothing. Multigrid and Jacobi do not allocate. Throws
+    /// std::invalid_argument on a wrong size, Guard when a force is not finite, when the work of the forces
+    /// is not positive, or when a direct method leaves a residual above 1e-7.
     [[nodiscard]] virtual Report solve(std::span<const double> force_n,
                                        std::span<double> deflection_m) const = 0;
-    /// Which kernels run: `baseline`, `x86-64-v3`, `x86-64-v4`, `eigen`, `plain`.
+    /// Which kernels run: `baseline`, `x86-64-v3`, `x86-64-v4`, `eigen`.
     [[nodiscard]] virtual std::string kernel() const = 0;
 };
 

@@ -1,4 +1,4 @@
-/// The stiffness matrix K = B'CB of a plate as a 13-point stencil (MATH.md eq. 2-4, 30): what the methods
+/// The stiffness matrix K = B'CB of a plate as a 13-point stencil (MATH.md eq. 2-4, 30-31): what the methods
 /// share.
 #pragma once
 #include <Eigen/Core>
@@ -65,13 +65,15 @@ public:
     /// The problem must be valid. Allocates.
     explicit Stencil(const Problem& problem);
     /// K for another D on the same grid, all else as before: no jumps on grid lines. Does not allocate. The
-    /// values must be positive and finite. O(nodes), about 10 ns each.
+    /// values must be positive and finite. O(nodes), about 6 ns each.
     void set_rigidity(const Eigen::Ref<const Eigen::ArrayXXd>& rigidity_n_m);
 
     [[nodiscard]] const Layout& layout() const { return layout_; }
     [[nodiscard]] const Moving& moving() const { return moving_; }
     /// K(node, node + OFFSETS[c]) at Layout::at; 0 where either end cannot move.
-    [[nodiscard]] const double* coupling(Coupling c) const { return k_[c].data(); }
+    [[nodiscard]] const double* coupling(Coupling c) const { return k_.data() + c * layout_.size(); }
+    /// All of them, each of layout().size() numbers, one behind the other.
+    [[nodiscard]] const double* couplings() const { return k_.data(); }
     /// y = K x, both in the layout, x zero where nothing moves.
     void apply(const double* x, double* y) const;
     /// Deflection in m per newton of one unit of K^-1.
@@ -80,8 +82,11 @@ public:
 
 private:
     /// Of every node and cell: what multiplies w_xx^2, w_zz^2, 2 w_xx w_zz, and the squared corner sum.
-    void weigh(const Problem* problem, const Eigen::Ref<const Eigen::ArrayXXd>& rigidity_n_m);
+    void weigh(const Eigen::Ref<const Eigen::ArrayXXd>& rigidity_n_m);
+    /// The same where D jumps along grid lines.
+    void laminate(const Problem& problem);
     void couple();
+    void cut_ends();
 
     Layout layout_;
     Moving moving_;
@@ -90,7 +95,8 @@ private:
     Mask solid_;
     std::vector<double> poisson_, foundation_;  ///< in the layout; the foundation in N/m per unit of scale
     std::vector<double> xx_, zz_, xz_, twist_;
-    std::array<std::vector<double>, N_COUPLINGS> k_;
+    std::vector<double> node_;  ///< a row of D over the scale
+    std::vector<double> k_;     ///< the couplings, one behind the other
 };
 
 }  // namespace palpate::plate

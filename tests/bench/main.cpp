@@ -57,6 +57,8 @@ void run(int argc, char** argv) {
     palpate::bench::register_stiffness();
     palpate::bench::register_plate();
     palpate::bench::register_cholesky();
+    palpate::bench::register_jacobi();
+    palpate::bench::register_bounds();
 
     std::cout << machine_name() << ", " << cpu_model() << ", " << sysconf(_SC_NPROCESSORS_ONLN) << " CPUs, "
               << PALPATE_BUILD << ", commit " << commit << ", clock " << clock_ns

@@ -16,6 +16,8 @@ void register_link();
 void register_stiffness();
 void register_plate();
 void register_cholesky();
+void register_jacobi();
+void register_bounds();
 
 /// Value below which a share of `values` lies, nearest rank. `values` not empty.
 [[nodiscard]] double quantile(std::vector<double> values, double share);

@@ -2,8 +2,11 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host/plate/batch.hpp"
+#include "host/plate/contact_set.hpp"
 #include "host/plate/plate.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/host/plate/fields.hpp"
@@ -68,6 +71,45 @@ void error_and_time(benchmark::State& state, Index n, double (*compliance)(const
         [&](std::size_t) { benchmark::DoNotOptimize(compliance(problem)); });
 }
 
+/// A table's 17 x 17 compliances from new D on two grids.
+void table(benchmark::State& state, Index n, plate::Kernel kernel) {
+    const Problem fine = hill_on_foundation(n), coarse = hill_on_foundation((n + 1) / 2);
+    plate::Plate on_fine(fine, kernel), on_coarse(coarse, kernel);
+    measure(
+        state, Clock::cpu, 1, [](std::size_t) {},
+        [&](std::size_t) {
+            on_fine.set_rigidity(fine.rigidity_n_m);
+            on_coarse.set_rigidity(coarse.rigidity_n_m);
+            benchmark::DoNotOptimize(plate::contact_compliances_m_per_n(fine, on_fine, on_coarse, 17));
+        });
+}
+
+/// From new D to the centre's compliance: all plates of a batch, and as many one after the other.
+void batch(benchmark::State& state, Index n, plate::Kernel kernel) {
+    const Problem problem = hill_on_foundation(n);
+    plate::Batch together(problem, kernel);
+    plate::Plate alone(problem, kernel);
+    std::vector<double> compliances(together.lanes()), batch_s, alone_s;
+    for (auto _ : state) {
+        batch_s.push_back(timed_s(Clock::cpu, [&] {
+            for (std::size_t lane = 0; lane < together.lanes(); ++lane)
+                together.set_rigidity(lane, problem.rigidity_n_m);
+            together.centre_compliances_m_per_n(compliances);
+        }));
+        alone_s.push_back(timed_s(Clock::cpu, [&] {
+            for (double& compliance : compliances) {
+                alone.set_rigidity(problem.rigidity_n_m);
+                compliance = alone.centre_compliance_m_per_n();
+            }
+        }));
+        state.SetIterationTime(batch_s.back());
+    }
+    const auto lanes = static_cast<double>(together.lanes());
+    state.counters["batch_per_plate_s"] = quantile(batch_s, 0.5) / lanes;
+    state.counters["alone_per_plate_s"] = quantile(alone_s, 0.5) / lanes;
+    state.counters["ratio"] = quantile(alone_s, 0.5) / quantile(batch_s, 0.5);
+}
+
 }  // namespace
 
 void register_plate() {
@@ -79,6 +121,16 @@ void register_plate() {
     for (const Index n : {9, 17, 33, 65}) add_size("plain " + std::to_string(n), n, plain);
     for (const Index n : {9, 17, 33, 65}) {
         add_size("pair " + std::to_string((n + 1) / 2) + " + " + std::to_string(n), n, extrapolated);
+    }
+    for (const auto& [name, kernel] :
+         {std::pair{"portable", plate::Kernel::portable}, {"best", plate::Kernel::best}}) {
+        for (const Index n : {33, 65}) {
+            add("plate/17 x 17 contacts from " + std::to_string((n + 1) / 2) + " + " + std::to_string(n) +
+                    ", " + name,
+                n > 33 ? 20 : 100, [n, k = kernel](benchmark::State& state) { table(state, n, k); });
+        }
+        add(std::string("plate/a batch at 33, ") + name, 50,
+            [k = kernel](benchmark::State& state) { batch(state, 33, k); });
     }
 }
 

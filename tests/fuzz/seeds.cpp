@@ -11,6 +11,7 @@
 #include "common/link.h"
 #include "firmware/falcon/wire.h"
 #include "host/record/record.hpp"
+#include "host/scene/array_file.hpp"
 #include "host/scene/scene.hpp"
 #include "sim/falcon/codec.h"
 #include "tests/fuzz/good_table.hpp"
@@ -188,6 +189,34 @@ void scenes() {
     }
 }
 
+/// The plates of the product.
+void plates() {
+    for (const auto& entry : fs::directory_iterator(fs::path(PAL_SCENES) / "plates")) {
+        const char* target = entry.path().extension() == ".toml" ? "plate_file" : "array";
+        write(target, entry.path().filename().string(), contents(entry.path()));
+    }
+}
+
+/// An NPY as the product writes it, and one in each other way that is read.
+void arrays() {
+    Eigen::ArrayXXd values(2, 3);
+    values << 1.5, -2.0, 3.0, 4.0, 5.0, 6.0e9;
+    const std::string own = scene::npy_bytes(values);
+    write("array", "own.npy", own);
+    const auto changed = [&](const std::string& what, const std::string& with) {
+        std::string bytes = own;
+        return bytes.replace(bytes.find(what), what.size(), with);
+    };
+    write("array", "fortran.npy", changed("False,", "True ,"));
+    write("array", "big.npy", changed("<f8", ">f8"));
+    write("array", "integers.npy", changed("<f8", "<i8"));
+    const std::string half = own.substr(0, own.size() - 24);
+    write("array", "single.npy", std::string(half).replace(half.find("<f8"), 3, "<f4"));
+    write("array", "whole.npy", std::string(half).replace(half.find("<f8"), 3, ">i4"));
+    const std::string two = changed(std::string("\1\0", 2), std::string("\2\0", 2));
+    write("array", "two.npy", two.substr(0, 10) + std::string(2, '\0') + two.substr(10));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -203,6 +232,8 @@ int main(int argc, char** argv) {
         packets();
         frames();
         scenes();
+        plates();
+        arrays();
         for (const bool big_endian : {false, true}) {
             write("cloud", big_endian ? "big.ply" : "little.ply", binary_ply(big_endian));
         }

@@ -1,148 +1,156 @@
 #include "host/plate/direct/factor.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cassert>
+#include <limits>
+#include <new>
 #include <utility>
 
 namespace palpate::plate {
 namespace {
 
-constexpr std::size_t BLOCK = 4;  ///< pivots whose columns update the rest together
-
-/// target[i] -= sum_k factors[k] columns[k][i], k ascending for every i.
-void subtract_block(double* __restrict__ target, const double* c0, const double* c1, const double* c2,
-                    const double* c3, const std::array<double, BLOCK>& f, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i) {
-        target[i] = (((target[i] - f[0] * c0[i]) - f[1] * c1[i]) - f[2] * c2[i]) - f[3] * c3[i];
-    }
-}
-
-void subtract(double* __restrict__ target, const double* column, double factor, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i) target[i] -= factor * column[i];
-}
-
-/// Divides column k of the n x n lower triangle `a` by the root of its pivot. False when the pivot is not
-/// positive.
-bool scale_pivot(double* a, std::size_t n, std::size_t k) {
-    double* const column = a + k * n;
-    if (!(column[k] > 0.0)) return false;
-    column[k] = std::sqrt(column[k]);
-    for (std::size_t i = k + 1; i < n; ++i) column[i] /= column[k];
-    return true;
-}
-
-/// Cholesky of the first n_pivots columns of the n x n lower triangle `a`; the rest becomes the Schur
-/// complement.
-bool partial_cholesky(double* a, std::size_t n, std::size_t n_pivots) {
-    for (std::size_t k = 0; k < n_pivots; k += BLOCK) {
-        const std::size_t end = std::min(k + BLOCK, n_pivots);
-        for (std::size_t p = k; p < end; ++p) {
-            if (!scale_pivot(a, n, p)) return false;
-            for (std::size_t j = p + 1; j < end; ++j) {
-                subtract(a + j * n + j, a + p * n + j, a[p * n + j], n - j);
-            }
-        }
-        for (std::size_t j = end; j < n; ++j) {
-            double* const target = a + j * n + j;
-            const double* const source = a + k * n + j;
-            if (end - k == BLOCK) {
-                subtract_block(target, source, source + n, source + 2 * n, source + 3 * n,
-                               {source[0], source[n], source[2 * n], source[3 * n]}, n - j);
-            } else {
-                for (std::size_t p = k; p < end; ++p) subtract(target, a + p * n + j, a[p * n + j], n - j);
-            }
-        }
-    }
-    return true;
-}
-
-/// Adds a child's Schur complement, lower triangle with `in_parent.size()` rows, to its parent's front of n
-/// rows.
-void extend_add(const std::vector<std::size_t>& in_parent, const double* update, double* a, std::size_t n) {
-    const std::size_t m = in_parent.size();
-    for (std::size_t j = 0; j < m; ++j) {
-        double* const column =
-            a + in_parent[j] * n;  // ascending like the child's rows: stays in the lower triangle
-        for (std::size_t i = j; i < m; ++i) column[in_parent[i]] += update[j * m + i];
-    }
-}
+constexpr std::align_val_t ALIGNMENT{64};
+constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Factor::Factor(std::shared_ptr<const Analysis> analysis, std::span<const double> values)
-    : analysis_(std::move(analysis)),
-      panels_(std::make_unique_for_overwrite<double[]>(analysis_->n_factor)),
-      smallest_pivot_ratio_(1.0) {
-    const std::size_t n_work = analysis_->largest_front * analysis_->largest_front;
-    const auto memory = std::make_unique_for_overwrite<double[]>(n_work + analysis_->n_waiting);
-    double* updates_end = memory.get() + n_work;
-    for (const Front& front : analysis_->fronts) {
-        if (eliminate(front, values, memory.get(), updates_end)) continue;
-        smallest_pivot_ratio_ = -1.0;
-        return;
-    }
+AlignedDoubles::AlignedDoubles(std::size_t n)
+    : n_(n), memory_(static_cast<double*>(::operator new(n * sizeof(double), ALIGNMENT))) {}
+
+void AlignedDoubles::clear() {
+    std::fill_n(memory_.get(), n_, 0.0);
 }
 
-bool Factor::eliminate(const Front& front, std::span<const double> values, double* work,
-                       double*& updates_end) {
-    const Analysis& analysis = *analysis_;
-    const std::size_t n = front.rows.size();
-    std::fill_n(work, n * n, 0.0);
-    for (std::size_t k = 0; k < front.n_pivots; ++k) {
-        const std::size_t column = front.first + k;
-        for (std::size_t e = analysis.column[column]; e < analysis.column[column + 1]; ++e) {
-            work[k * n + analysis.front_row[e]] = values[e];
-        }
+void AlignedDoubles::Free::operator()(double* memory) const {
+    ::operator delete(memory, ALIGNMENT);
+}
+
+FactorWorkspace::FactorWorkspace(const Analysis& analysis)
+    : slots(analysis.n_slots_max), parent_slots(analysis.n_slots_max) {}
+
+Factor::Factor(std::shared_ptr<const Analysis> analysis, const Kernels& kernels)
+    : analysis_(std::move(analysis)),
+      kernels_(&kernels),
+      memory_(analysis_->n_factor + analysis_->n_updates),
+      panels_(memory_.data()),
+      updates_(panels_ + analysis_->n_factor) {
+    std::fill_n(updates_, analysis_->n_updates, 0.0);  // what lies above a diagonal is read, and never used
+}
+
+FrontView Factor::view(const Front& front) const {
+    FrontView view{};
+    view.panel = panels_ + front.panel;
+    view.stride = front.stride;
+    view.n_pivots = front.n_pivots;
+    view.pivot_slots = front.pivot_slots;
+    view.n_slots = front.n_slots;
+    view.update = updates_ + front.update;
+    view.n_border = front.n_border;
+    for (const std::uint32_t c : front.children) {
+        if (c == Analysis::NONE) continue;
+        const Front& child = analysis_->fronts[c];
+        view.children[view.n_children++] = {
+            updates_ + child.update, child.border_slots(), analysis_->pull_mask.data() + child.pull_blocks,
+            analysis_->pull_row.data() + child.pull_blocks, analysis_->pull_column.data() + child.pull_slots};
     }
-    for (auto child = front.children.rbegin(); child != front.children.rend(); ++child) {
-        const std::vector<std::size_t>& in_parent = analysis.fronts[*child].in_parent;
-        updates_end -= in_parent.size() * in_parent.size();
-        extend_add(in_parent, updates_end, work, n);
+    return view;
+}
+
+void Factor::factorise(const Stencil& stencil) {
+    assert(stencil.moving() == analysis_->moving && stencil.layout().size() == analysis_->layout.size());
+    smallest_pivot_ratio_ = -1.0;
+    double largest_inverse_ratio = 1.0;
+    for (const Front& front : analysis_->fronts) {
+        if (!eliminate(front, stencil.couplings(), largest_inverse_ratio)) return;
     }
-    if (!partial_cholesky(work, n, front.n_pivots)) return false;
-    keep(front, values, work);
-    for (std::size_t j = front.n_pivots; j < n; ++j) {
-        updates_end = std::copy(work + j * n + front.n_pivots, work + (j + 1) * n, updates_end);
+    smallest_pivot_ratio_ = 1.0 / largest_inverse_ratio;
+}
+
+bool Factor::eliminate(const Front& front, const double* couplings, double& largest_inverse_ratio) {
+    const FrontView v = view(front);
+    kernels_->assemble(v);
+    const std::uint32_t* const source = analysis_->entry_source.data() + front.first_entry;
+    const std::uint32_t* const target = analysis_->entry_target.data() + front.first_entry;
+    for (std::uint32_t e = 0; e < front.n_entries; ++e) panels_[target[e]] += couplings[source[e]];
+    if (!kernels_->factor(v)) return false;
+    kernels_->schur(v);
+    for (std::uint32_t k = 0; k < front.n_pivots; ++k) {
+        const double reciprocal = v.panel[k * v.stride + k];
+        const double ratio = reciprocal * reciprocal * couplings[analysis_->node[front.first + k]];
+        if (!(ratio <= largest_inverse_ratio)) largest_inverse_ratio = ratio;
+        if (!(ratio < INFINITE)) return false;
     }
     return true;
-}
-
-void Factor::keep(const Front& front, std::span<const double> values, const double* work) {
-    const std::size_t n = front.rows.size();
-    std::copy_n(work, n * front.n_pivots, panels_.get() + front.panel);
-    for (std::size_t k = 0; k < front.n_pivots; ++k) {
-        const double diagonal = values[analysis_->column[front.first + k]];
-        const double ratio = work[k * n + k] * work[k * n + k] / diagonal;
-        if (!(ratio >= smallest_pivot_ratio_)) smallest_pivot_ratio_ = ratio;
-    }
 }
 
 double Factor::last_compliance() const {
     const Front& root = analysis_->fronts.back();
     const std::size_t last = root.n_pivots - 1;  // the root has no border
-    const double pivot = panels_[root.panel + last * root.rows.size() + last];
-    return 1.0 / (pivot * pivot);
+    const double reciprocal = panels_[root.panel + last * root.stride + last];
+    return reciprocal * reciprocal;
 }
 
-void Factor::solve(std::span<double> x) const {
+double Factor::compliance(std::size_t number, FactorWorkspace& work) const {
+    double* slots = work.slots.data();
+    double* parent_slots = work.parent_slots.data();
+    const Front* front = &analysis_->fronts[analysis_->owner[number]];
+    std::size_t first = number - front->first;
+    std::fill_n(slots, front->n_slots, 0.0);
+    slots[first] = 1.0;
+    double sum = 0.0;
+    for (;;) {
+        kernels_->forward(view(*front), first, slots);
+        for (std::size_t k = first; k < front->n_pivots; ++k) sum += slots[k] * slots[k];
+        if (front->parent == Analysis::NONE) return sum;
+        const Front& parent = analysis_->fronts[front->parent];
+        std::fill_n(parent_slots, parent.n_slots, 0.0);
+        const std::uint32_t* const place = analysis_->parent_slot.data() + front->border;
+        for (std::size_t r = 0; r < front->n_border; ++r)
+            parent_slots[place[r]] = slots[front->pivot_slots + r];
+        std::swap(slots, parent_slots);
+        front = &parent;
+        first = 0;
+    }
+}
+
+void Factor::forward(std::span<double> x, FactorWorkspace& work) const {
+    double* const slots = work.slots.data();
     for (const Front& front : analysis_->fronts) {
-        const std::size_t n = front.rows.size();
-        for (std::size_t k = 0; k < front.n_pivots; ++k) {
-            const double* const column = panels_.get() + front.panel + k * n;
-            const double y = x[front.first + k] / column[k];
-            x[front.first + k] = y;
-            for (std::size_t i = k + 1; i < n; ++i) x[front.rows[i]] -= column[i] * y;
-        }
+        const std::uint32_t* const border = analysis_->border.data() + front.border;
+        double* const outside = slots + front.pivot_slots;
+        std::fill_n(slots, front.n_slots, 0.0);
+        std::copy_n(x.data() + front.first, front.n_pivots, slots);
+        kernels_->forward(view(front), 0, slots);
+        std::copy_n(slots, front.n_pivots, x.data() + front.first);
+        for (std::uint32_t r = 0; r < front.n_border; ++r) x[border[r]] += outside[r];
     }
+}
+
+void Factor::backward(std::span<double> x, FactorWorkspace& work) const {
+    double* const slots = work.slots.data();
     for (auto front = analysis_->fronts.rbegin(); front != analysis_->fronts.rend(); ++front) {
-        const std::size_t n = front->rows.size();
-        for (std::size_t k = front->n_pivots; k-- > 0;) {
-            const double* const column = panels_.get() + front->panel + k * n;
-            double sum = x[front->first + k];
-            for (std::size_t i = k + 1; i < n; ++i) sum -= column[i] * x[front->rows[i]];
-            x[front->first + k] = sum / column[k];
-        }
+        const std::uint32_t* const border = analysis_->border.data() + front->border;
+        double* const outside = slots + front->pivot_slots;
+        std::copy_n(x.data() + front->first, front->n_pivots, slots);
+        for (std::uint32_t r = 0; r < front->n_border; ++r) outside[r] = x[border[r]];
+        std::fill_n(slots + front->n_pivots, front->pivot_slots - front->n_pivots, 0.0);
+        std::fill_n(outside + front->n_border, front->border_slots() - front->n_border, 0.0);
+        kernels_->backward(view(*front), slots);
+        std::copy_n(slots, front->n_pivots, x.data() + front->first);
     }
+}
+
+void Factor::solve(std::span<double> x, FactorWorkspace& work) const {
+    forward(x, work);
+    backward(x, work);
+}
+
+void Factor::solve_last(std::span<double> x, FactorWorkspace& work) const {
+    std::fill(x.begin(), x.end(), 0.0);
+    const Front& root = analysis_->fronts.back();
+    const std::size_t last = root.n_pivots - 1;
+    x.back() = panels_[root.panel + last * root.stride + last];
+    backward(x, work);
 }
 
 }  // namespace palpate::plate

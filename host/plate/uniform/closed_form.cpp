@@ -188,7 +188,7 @@ void add(Moments& all, const std::vector<Mode>& modes, const Eigen::VectorXd& mo
     all.relief += moments.dot(deflections_at_load);
 }
 
-/// One parity: the slope of the load plus that of all moments is 0 on every edge (MATH.md, EDGE-SYSTEM). The
+/// One parity: the slope of the load plus that of all moments is 0 on every edge (MATH.md eq. 36). The
 /// matrix is diagonal within an axis; the longer list is eliminated.
 void solve_parity(Moments& all, const Rectangle& plate, const Load& load, int half_waves,
                   const std::array<int, 2>& parity) {

@@ -31,8 +31,8 @@ struct ClosedForm {
 };
 
 /// Simply supported plate (Levy's series, summed in closed form near the load) less what the moments along
-/// the clamped edges, sine series up to 800 half waves per short side, take off it (MATH.md, LEVY to
-/// EDGE-SYSTEM). Relative error of the compliance for a load in the middle below 1e-12, on a foundation of
+/// the clamped edges, sine series up to 800 half waves per short side, take off it (MATH.md eq. 34-36).
+/// Relative error of the compliance for a load in the middle below 1e-12, on a foundation of
 /// a/l = 50 below 1e-10; at a distance d (short sides) from the corner of two clamped edges 1e-10 for d >
 /// 0.05, 1e-8 for 0.01, 1e-6 for 0.005, none below 0.001; compliance() tells. Any aspect; a/l to 400 was run.
 /// Construction: 2 ms in the middle, 0.1 s near such a corner, longer on long plates (0.2 s at 1:10).

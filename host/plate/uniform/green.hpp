@@ -15,7 +15,7 @@ struct Polylog {
 /// the rectangle [0, size], a and b in it. However small `epsilon` > 0, the imaginary part keeps a relative
 /// accuracy of its own: -Im G/epsilon, within 1e-15 short side^2, is the deflection at a of the simply
 /// supported plate with D = 1, k_f = epsilon^2 under 1 N at b. Re G within GREEN_REAL_ERROR. Cost: 40 + 130
-/// sqrt(epsilon) short side terms of Levy's series (MATH.md, GREEN).
+/// sqrt(epsilon) short side terms of Levy's series (MATH.md eq. 35).
 [[nodiscard]] std::complex<double> green_without_log(const Eigen::Vector2d& size, double epsilon,
                                                      const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 

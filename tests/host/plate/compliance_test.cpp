@@ -67,6 +67,40 @@ TEST_CASE("the error told is never less than the true one on the known plates") 
     }
 }
 
+TEST_CASE("the certified bounds hold the known compliances, and close on a uniform plate's") {
+    for (const Anchor& anchor : anchors()) {
+        CAPTURE(anchor.name);
+        Sheet sheet = unit_sheet(anchor.rigidity, anchor.poisson);
+        sheet.size_m.y() = anchor.size_z;
+        const Compliance c = solved(sheet, {.at_m = {anchor.x, anchor.z}}, 33);
+        REQUIRE(c.bracket_m_per_n.has_value());
+        const auto [lower, upper] = *c.bracket_m_per_n;
+        CHECK(lower <= anchor.truth * (1.0 + anchor.sure));
+        CHECK(upper >= anchor.truth * (1.0 - anchor.sure));
+        CHECK(upper / lower - 1.0 < 0.05);
+    }
+    const Compliance uniform = solved(unit_sheet(one), {.at_m = {0.5, 0.5}}, 33);
+    CHECK((*uniform.bracket_m_per_n)[0] == Approx(0.005612024).epsilon(1e-5));
+    CHECK((*uniform.bracket_m_per_n)[1] == Approx(0.005612024).epsilon(1e-5));
+}
+
+TEST_CASE("bounds answer alone when they are close enough, and say why there are none") {
+    const Sheet gentle = unit_sheet([](double x, double) { return 1.0 + 0.2 * x; });
+    const Load load{.at_m = {0.5, 0.5}};
+    const Compliance c = compliance(gentle, {33, 33}, std::array{load}, {.tolerance = 1e-3});
+    CHECK(c.method == Method::bounds);
+    CHECK(c.relative_error <= 1e-3);
+    CHECK(c.m_per_n == Approx(solved(gentle, load, 65).m_per_n).epsilon(1e-3));
+    Sheet free = gentle;
+    free.edges[1] = Edge::free;
+    const Compliance none = solved(free, load, 33);
+    CHECK_FALSE(none.bracket_m_per_n.has_value());
+    CHECK_THAT(none.no_bracket_why, Contains("free edge"));
+    CHECK_THROWS_WITH(solved(free, load, 33, Method::bounds), Contains("no bounds: with a free edge"));
+    CHECK_THROWS_WITH(solved(gentle, load, 33, Method::bounds, {.points_m = {}, .field = true}),
+                      Contains("compliance alone"));
+}
+
 TEST_CASE("a jump along a grid line is met to 3e-4") {
     const Sheet sheet = unit_sheet([](double x, double) { return x < 0.5 ? 1.0 : 5.0; }, 0.3);
     const Compliance c =
