@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <ctime>
 #include <fstream>
@@ -37,19 +38,24 @@ struct BenchOptions {
 
 constexpr const char* PLATE_FOOTER =
     "Examples:\n"
-    "  palpate bench plate                                          everything, some three minutes\n"
+    "  palpate bench plate                                          everything, some two minutes\n"
     "  palpate bench plate --fields hyperbolic,random --nodes 17,33 --budget 0.05\n"
     "\n"
-    "Writes results.csv, results.json, results.md and pareto.png. Error: of the centre's compliance about the\n"
-    "continuum; the reference's own error stands beside it. Time: from a new D to the compliance, all else made\n"
-    "ready; median and quartiles. Memory: what malloc has in use with the method ready and asked, less before.\n"
+    "Writes results.csv, results.json, results.md and pareto.png. Error: of the centre's compliance about "
+    "the\n"
+    "continuum; the reference's own error stands beside it. Time: from a new D to the compliance, all else "
+    "made\n"
+    "ready; median and quartiles. Memory: what malloc has in use with the method ready and asked, less "
+    "before.\n"
     "palpate-reference beside palpate adds Ceres as reference and CHOLMOD as method.";
 
 constexpr const char* EXTREME_FOOTER =
     "Example:\n"
-    "  palpate bench extreme --groups contrast,one-node             where double ends, and what is said there\n"
+    "  palpate bench extreme --groups contrast,one-node             where double ends, and what is said "
+    "there\n"
     "\n"
-    "Writes results.csv, results.json and results.md. Exit code 1 when a method gives a wrong number silently:\n"
+    "Writes results.csv, results.json and results.md. Exit code 1 when a method gives a wrong number "
+    "silently:\n"
     "an error above the one it states, without a guard or a status.";
 
 std::string utc_now() {
@@ -113,7 +119,9 @@ public:
         while (!child.wait(100)) stop_when_interrupted();
         const Json parsed = Json::parse(text_of(answer), nullptr, false);
         if (child.ended() == "exit 0" && parsed.is_object()) return parsed;
-        throw study::OracleError("palpate-reference " + command + ": " + *child.ended() + ", " + text_of(words));
+        std::string said = text_of(words);
+        while (!said.empty() && said.back() == '\n') said.pop_back();
+        throw study::OracleError("palpate-reference " + command + ": " + *child.ended() + ", " + said);
     }
 
 private:
@@ -182,11 +190,13 @@ study::PlateStudy study_of(const BenchOptions& options) {
     study.fields = options.fields;
     study.methods = options.methods;
     if (!options.nodes.empty()) study.nodes = options.nodes;
-    if (options.full)
-        study.nodes.insert(study.nodes.end(), study.cost_nodes.begin(), study.cost_nodes.end());
+    if (options.full) study.nodes.insert(study.nodes.end(), study.cost_nodes.begin(), study.cost_nodes.end());
     if (!options.nodes.empty()) study.cost_nodes.clear();
     if (options.full) study.budget_s = 1.0;
-    if (options.budget_s > 0.0) study.budget_s = options.budget_s;
+    if (options.budget_s > 0.0) {
+        study.budget_s = options.budget_s;
+        study.sweeps_s = std::min(study.sweeps_s, options.budget_s);
+    }
     return study;
 }
 
@@ -200,9 +210,8 @@ int bench_plate(const BenchOptions& options) {
     bench.write("results.json", document.dump(2) + "\n");
     bench.write("results.md", words);
     const std::string script = study::pareto_script(rows, bench.path("pareto.png"));
-    const std::string missing = script.empty()
-                                    ? "pareto.png needs the field hyperbolic or random, bare"
-                                    : report::run_gnuplot(script, "pareto.png");
+    const std::string missing = script.empty() ? "pareto.png needs the field hyperbolic or random, bare"
+                                               : report::run_gnuplot(script, "pareto.png");
     if (!missing.empty()) bench.tell(missing);
     bench.finish(document, words);
     return 0;
@@ -257,7 +266,9 @@ void add_plate(CLI::App& bench, const std::shared_ptr<BenchOptions>& options, st
         ->check(CLI::IsMember(fields))
         ->option_text("NAMES");
     add_common(*command, *options, "plate", study::method_names());
-    command->add_option("--nodes", options->nodes, "nodes along a side, with commas between (17,33,65; hyperbolic bare 129 and 257 too)")
+    command
+        ->add_option("--nodes", options->nodes,
+                     "nodes along a side, with commas between (17,33,65; hyperbolic bare 129 and 257 too)")
         ->delimiter(',')
         ->check(bad_nodes)
         ->option_text("N");
@@ -269,8 +280,10 @@ void add_plate(CLI::App& bench, const std::shared_ptr<BenchOptions>& options, st
     command->callback([options, &chosen] { chosen = [options] { return bench_plate(*options); }; });
 }
 
-void add_extreme(CLI::App& bench, const std::shared_ptr<BenchOptions>& options, std::function<int()>& chosen) {
-    CLI::App* command = bench.add_subcommand("extreme", "which methods hold, which guard speaks, at the extremes");
+void add_extreme(CLI::App& bench, const std::shared_ptr<BenchOptions>& options,
+                 std::function<int()>& chosen) {
+    CLI::App* command =
+        bench.add_subcommand("extreme", "which methods hold, which guard speaks, at the extremes");
     const std::vector<std::string> groups = study::extreme_groups();
     command->add_option("--groups", options->groups, "only these, with commas between: " + joined(groups))
         ->delimiter(',')
@@ -289,7 +302,8 @@ void add_extreme(CLI::App& bench, const std::shared_ptr<BenchOptions>& options, 
 
 void add_bench(CLI::App& palpate, std::function<int()>& chosen) {
     const auto options = std::make_shared<BenchOptions>();
-    CLI::App* bench = palpate.add_subcommand("bench", "how fast and how right this program is, measured here");
+    CLI::App* bench =
+        palpate.add_subcommand("bench", "how fast and how right this program is, measured here");
     bench->require_subcommand(1);
     add_plate(*bench, options, chosen);
     add_extreme(*bench, options, chosen);

@@ -61,8 +61,7 @@ Call extrapolated(const Setup& setup) {
     const Problem fine = problem_of(setup, setup.nodes), coarse = problem_of(setup, coarse_nodes);
     const auto corrected = [](const plate::Plate& plate, const Problem& problem) {
         const Index centre = problem.rigidity_n_m.rows() / 2;
-        return plate.centre_compliance_m_per_n() -
-               plate::local_grid_error_m_per_n(problem, {centre, centre});
+        return plate.centre_compliance_m_per_n() - plate::local_grid_error_m_per_n(problem, {centre, centre});
     };
     const double stated = plate::extrapolated_centre_compliance(fine).relative_error;
     const auto joined = [stated](double on_fine, double on_coarse, const plate::Plate& plate) {
@@ -96,9 +95,7 @@ Call solved(Method method, const Setup& setup, const plate::Options& options) {
         return outcome_from(report, (*room)[centre], solver.kernel());
     };
     if (setup.on_lines) {
-        return [problem, method, options, ask] {
-            return ask(*plate::make_solver(method, problem, options));
-        };
+        return [problem, method, options, ask] { return ask(*plate::make_solver(method, problem, options)); };
     }
     const std::shared_ptr<plate::Solver> solver = plate::make_solver(method, problem, options);
     return [problem, solver, ask] {
@@ -115,10 +112,8 @@ double residual_for(double tolerance, Index nodes) {
 /// As many sweeps as four fifths of the budget hold.
 long sweeps_within(const Setup& setup, Method method) {
     constexpr long PROBE = 512;
-    const plate::Options probe{.tolerance = 1e-300,
-                               .stop = plate::StopRule::residual,
-                               .sweeps_max = PROBE,
-                               .kernel = setup.kernel};
+    const plate::Options probe{
+        .tolerance = 1e-300, .stop = plate::StopRule::residual, .sweeps_max = PROBE, .kernel = setup.kernel};
     const Call call = solved(method, setup, probe);
     double least_s = std::numeric_limits<double>::infinity();  // others' work only ever adds
     for (int i = 0; i < 5; ++i) {
@@ -170,16 +165,15 @@ Call bracket(const Setup& setup, plate::Rung rung, KeptBounds& kept) {
     const Problem problem = problem_of(setup, setup.nodes);
     if (const auto why = plate::Bounds::none_because(problem)) throw std::invalid_argument(*why);
     auto& bounds = kept[{setup.nodes, problem.foundation_n_per_m3.size() != 0}];
-    if (!bounds)
-        bounds = std::make_shared<plate::Bounds>(problem, centre_force(setup.nodes, setup.nodes));
+    if (!bounds) bounds = std::make_shared<plate::Bounds>(problem, centre_force(setup.nodes, setup.nodes));
     const auto scratch = std::make_shared<plate::Bounds::Scratch>(*bounds);
     return [problem, bounds = bounds, scratch, rung] {
         const auto span_of = [](const Eigen::ArrayXXd& field) {
             return std::span<const double>(field.data(), size(field.size()));
         };
-        const plate::Bracket found = bounds->bracket(span_of(problem.rigidity_n_m),
-                                                     span_of(problem.foundation_n_per_m3),
-                                                     {.relative_error = 0.0, .last = rung}, *scratch);
+        const plate::Bracket found =
+            bounds->bracket(span_of(problem.rigidity_n_m), span_of(problem.foundation_n_per_m3),
+                            {.relative_error = 0.0, .last = rung}, *scratch);
         Outcome outcome = outcome_from({}, found.middle_m_per_n(), "plain");
         outcome.stated_error = found.relative_error();
         return outcome;
@@ -249,7 +243,10 @@ std::vector<Contestant> contestants() {
         {.name = "damped-jacobi-change-1e-6",
          .words = "the same, at 1e-6",
          .prepare = [](const Setup& setup) { return damped_jacobi(setup, StopRule::change, 1e-6); }},
-        {.name = "closed-form", .words = "series of edge moments", .uniform_only = true, .prepare = closed_form},
+        {.name = "closed-form",
+         .words = "series of edge moments",
+         .uniform_only = true,
+         .prepare = closed_form},
         {.name = "bounds-uniform",
          .words = "certified bracket from one uniform plate; its middle",
          .prepare = [kept](const Setup& setup) { return bracket(setup, Rung::uniform, *kept); }},

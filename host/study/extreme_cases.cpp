@@ -33,7 +33,8 @@ public:
         for (int decade = 0; decade <= 15; decade += 3) {
             const double ratio = std::pow(10.0, decade);
             const std::string text = "1e" + std::to_string(decade);
-            discrete("contrast", "half planes " + text, [ratio](double x, double) { return x > 0.4 ? ratio : 1.0; });
+            discrete("contrast", "half planes " + text,
+                     [ratio](double x, double) { return x > 0.4 ? ratio : 1.0; });
             discrete("contrast", "half planes, soft under the load " + text,
                      [ratio](double x, double) { return x > 0.55 ? ratio : 1.0; });
             discrete("contrast", "random sites " + text, random_sites(ratio, SEED));
@@ -47,8 +48,9 @@ public:
             discrete("contrast", "stiff island 1e" + std::to_string(decade),
                      [ratio](double x, double z) { return r2(x, z) < 0.0225 ? ratio : 1.0; });
         }
-        discrete("contrast", "half planes 1e16", [](double x, double) { return x > 0.4 ? 1e16 : 1.0; },
-                 Judge::refusal);
+        discrete(
+            "contrast", "half planes 1e16", [](double x, double) { return x > 0.4 ? 1e16 : 1.0; },
+            Judge::refusal);
     }
 
     void holes() {
@@ -57,7 +59,8 @@ public:
             sheet.solid = [radius](double x, double z) {
                 return (x - 0.25) * (x - 0.25) + (z - 0.5) * (z - 0.5) - radius * radius;
             };
-            add("hole", "mask, r = " + number_text(radius) + " beside the load", plate::on_grid(sheet, n_, n_));
+            add("hole", "mask, r = " + number_text(radius) + " beside the load",
+                plate::on_grid(sheet, n_, n_));
         }
         with_zero("D = 0 at one node", 1);
         with_zero("D = 0 on 3 x 3 nodes", 3);
@@ -107,7 +110,8 @@ public:
                 plate::on_grid(sheet, n_, n_));
         }
         for (const double scale : {1e-300, 1e300}) {
-            discrete("units", "D = " + number_text(scale) + " N m", [scale](double, double) { return scale; });
+            discrete("units", "D = " + number_text(scale) + " N m",
+                     [scale](double, double) { return scale; });
         }
     }
 
@@ -124,14 +128,22 @@ public:
         for (const double value : {-0.5, std::numeric_limits<double>::quiet_NaN(), INF}) {
             plate::Problem problem = uniform();
             problem.rigidity_n_m(3, 5) = value;
-            add("bad-input", "D = " + (std::isfinite(value) ? number_text(value) : value > 0.0 ? "inf" : "NaN") +
-                                 " at one node",
+            add("bad-input",
+                "D = " +
+                    (std::isfinite(value) ? number_text(value)
+                     : value > 0.0        ? "inf"
+                                          : "NaN") +
+                    " at one node",
                 problem, Judge::refusal);
             problem = uniform();
             problem.foundation_n_per_m3 = Eigen::ArrayXXd::Zero(n_, n_);
             problem.foundation_n_per_m3(3, 5) = value;
-            add("bad-input", "k_f = " + (std::isfinite(value) ? number_text(value) : value > 0.0 ? "inf" : "NaN") +
-                                 " at one node",
+            add("bad-input",
+                "k_f = " +
+                    (std::isfinite(value) ? number_text(value)
+                     : value > 0.0        ? "inf"
+                                          : "NaN") +
+                    " at one node",
                 problem, Judge::refusal);
         }
         plate::Problem flat = uniform();

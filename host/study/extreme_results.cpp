@@ -62,8 +62,9 @@ std::string extreme_csv(std::span<const ExtremeRow> rows) {
 Json extreme_json(const Json& about, std::span<const ExtremeRow> rows) {
     Json json = about;
     json["silent"] = count_silent(rows);
-    json["null_why"] = "no number: refused, guarded or not solved; no stated error: a baseline; no grid error: "
-                       "the continuum is not known";
+    json["null_why"] =
+        "no number: refused, guarded or not solved; no stated error: a baseline; no grid error: "
+        "the continuum is not known";
     json["rows"] = Json::array();
     for (const ExtremeRow& row : rows) {
         json["rows"].push_back({{"group", row.group},
@@ -84,14 +85,16 @@ Json extreme_json(const Json& about, std::span<const ExtremeRow> rows) {
 std::string extreme_markdown(std::span<const ExtremeRow> rows) {
     std::vector<std::string> methods, notes;
     for (const ExtremeRow& row : rows) remember(methods, row.method);
-    std::string text = "Relative error of the centre's compliance about the same grid in 113 bits; `compliance`: "
-                       "about the continuum. In brackets: a baseline that states no error.\n\n| case | grid |";
+    std::string text =
+        "Relative error of the centre's compliance about the same grid in 113 bits; `compliance`: "
+        "about the continuum. In brackets: a baseline that states no error.\n\n| case | grid |";
     for (const std::string& method : methods) text += " " + method + " |";
     text += "\n|---|---|";
     for (std::size_t i = 0; i < methods.size(); ++i) text += "---|";
     for (std::size_t begin = 0; begin < rows.size();) {
         std::size_t end = begin;
-        while (end < rows.size() && rows[end].name == rows[begin].name && rows[end].group == rows[begin].group)
+        while (end < rows.size() && rows[end].name == rows[begin].name &&
+               rows[end].group == rows[begin].group)
             ++end;
         text += "\n| " + rows[begin].group + ": " + rows[begin].name + " | " +
                 number_text(rows[begin].grid_error, 2) + " |";
@@ -105,7 +108,8 @@ std::string extreme_markdown(std::span<const ExtremeRow> rows) {
         begin = end;
     }
     text += "\n\n";
-    for (std::size_t i = 0; i < notes.size(); ++i) text += "[" + std::to_string(i + 1) + "] " + notes[i] + "\n";
+    for (std::size_t i = 0; i < notes.size(); ++i)
+        text += "[" + std::to_string(i + 1) + "] " + notes[i] + "\n";
     return text;
 }
 

@@ -39,8 +39,7 @@ Outcome on_grid(Method method, const Problem& problem) {
     const std::vector<double> force = centre_force(problem.rigidity_n_m.rows(), problem.rigidity_n_m.cols());
     std::vector<double> w(force.size());
     const plate::Report report = solver->solve(force, w);
-    const auto load = static_cast<std::size_t>(
-        std::max_element(force.begin(), force.end()) - force.begin());
+    const auto load = static_cast<std::size_t>(std::max_element(force.begin(), force.end()) - force.begin());
     Outcome outcome;
     outcome.status = plate::name_of(report.status);
     outcome.m_per_n = w[load];
@@ -100,21 +99,17 @@ struct Entrant {
     const char* name;
     std::optional<Method> method;  ///< on the grid
 };
-constexpr std::array ENTRANTS{Entrant{"compliance", std::nullopt},
-                              Entrant{"cholesky", Method::cholesky},
-                              Entrant{"multigrid", Method::multigrid},
-                              Entrant{"eigen", Method::eigen},
-                              Entrant{"bounds", std::nullopt},
-                              Entrant{"damped-jacobi", Method::damped_jacobi},
-                              Entrant{"jacobi", Method::jacobi},
-                              Entrant{"eq7", Method::eq7},
-                              Entrant{"ceres", std::nullopt}};
+constexpr std::array ENTRANTS{
+    Entrant{"compliance", std::nullopt},     Entrant{"cholesky", Method::cholesky},
+    Entrant{"multigrid", Method::multigrid}, Entrant{"eigen", Method::eigen},
+    Entrant{"bounds", std::nullopt},         Entrant{"damped-jacobi", Method::damped_jacobi},
+    Entrant{"jacobi", Method::jacobi},       Entrant{"eq7", Method::eq7},
+    Entrant{"ceres", std::nullopt}};
 
 /// nullopt: this method has nothing to do with such a case.
 std::optional<Outcome> outcome_on(const Entrant& entrant, const ExtremeCase& extreme, const Oracle& oracle) {
     const std::string name = entrant.name;
-    if (entrant.method)
-        return outcome_of([&] { return on_grid(*entrant.method, extreme.problem); });
+    if (entrant.method) return outcome_of([&] { return on_grid(*entrant.method, extreme.problem); });
     if (name == "bounds") return outcome_of([&] { return by_bounds(extreme.problem); });
     if (name == "compliance") {
         if (!extreme.sheet) return std::nullopt;

@@ -36,7 +36,8 @@ struct ExtremeRow {
     std::string truth_how;
     double error = std::numeric_limits<double>::quiet_NaN();
     double stated_error = std::numeric_limits<double>::infinity();
-    /// Of the same grid's exact answer about the continuum, where that is known: no method on it can do better.
+    /// Of the same grid's exact answer about the continuum, where that is known: no method on it can do
+    /// better.
     double grid_error = std::numeric_limits<double>::quiet_NaN();
 };
 

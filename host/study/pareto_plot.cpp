@@ -54,6 +54,11 @@ std::string panel(std::span<const PlateRow> rows, const std::string& title, int 
     std::string front;
     for (const std::size_t i : pareto_front(trades)) front += point_text(trades[i]) + "\n";
     add(0, front, "lines lw 6 lc rgb '#e8d174' title 'Pareto front'");
+    const double own = rows.front().truth ? rows.front().truth->relative_error : 0.0;
+    if (own > FLOOR) {
+        add(MARKS.size() + 1, "1e-4 " + number_text(own) + "\n1e4 " + number_text(own) + "\n",
+            "lines lw 2 dt 3 lc rgb '#999999' title 'error of the reference'");
+    }
     for (std::size_t k = 0; k < MARKS.size(); ++k) {
         std::string points;
         for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -91,10 +96,11 @@ std::string pareto_script(std::span<const PlateRow> rows, const std::filesystem:
            "set key below maxcols 3 font ',10' noenhanced\n"
            "set xlabel 'time from a new D to the compliance (ms)'\n"
            "set ylabel 'relative error of the continuum compliance'\n"
-           "set xrange [*:*]\nset yrange [1e-8:2]\n"
+           "set xrange [1e-4:1e4]\nset yrange [1e-8:2]\nset bmargin 10\n"
            "set arrow from 1, graph 0 to 1, graph 1 nohead dt 2 lc rgb '#333333'\n"
            "set arrow from 160, graph 0 to 160, graph 1 nohead dt 2 lc rgb '#333333'\n"
-           "set label '1 ms' at 1, graph 0.02 offset 0.5,0\nset label '160 ms' at 160, graph 0.02 offset -6,0\n"
+           "set label '1 ms' at 1, graph 0.02 offset 0.5,0\nset label '160 ms' at 160, graph 0.02 offset "
+           "-6,0\n"
            "set multiplot layout 1," +
            std::to_string(count) + "\n" + panels + "unset multiplot\n";
 }

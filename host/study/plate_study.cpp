@@ -31,7 +31,8 @@ public:
         truth_ = continuum_truth(field, sheet_, study.reference_nodes_max);
     }
 
-    void add_rows(Index nodes, const std::vector<Contestant>& contestants, std::vector<PlateRow>& rows) const {
+    void add_rows(Index nodes, const std::vector<Contestant>& contestants,
+                  std::vector<PlateRow>& rows) const {
         watch_(name_ + ", " + std::to_string(nodes) + " nodes: the truth on the grid");
         const plate::Problem problem = plate::on_grid(sheet_, nodes, nodes);
         const std::optional<Truth> discrete = discrete_truth(problem, oracle_);
@@ -83,10 +84,8 @@ private:
         const std::size_t before = heap_in_use_bytes();
         std::function<Outcome()> call;
         row.outcome = outcome_of([&] {
-            call = contestant.prepare({.sheet = sheet_,
-                                       .on_lines = field_.on_lines,
-                                       .nodes = nodes,
-                                       .budget_s = study_.budget_s});
+            call = contestant.prepare(
+                {.sheet = sheet_, .on_lines = field_.on_lines, .nodes = nodes, .budget_s = study_.sweeps_s});
             return Outcome{};
         });
         if (!call) return row;
@@ -120,7 +119,8 @@ private:
         const bool own = row.method == "cholesky-extrapolated" &&
                          truth_.how.rfind("extrapolated from " + std::to_string(row.nodes) + " ", 0) == 0;
         if (own) row.truth.reset();
-        if (row.method == "closed-form") row.truth = extrapolated_truth(field_, sheet_, study_.reference_nodes_max);
+        if (row.method == "closed-form")
+            row.truth = extrapolated_truth(field_, sheet_, study_.reference_nodes_max);
         if (row.truth) row.error = std::fabs(c / row.truth->m_per_n - 1.0);
         const bool of_grid = row.nodes > 0 && row.method != "cholesky-extrapolated" && row.method != "eq7";
         if (!discrete || !of_grid) return;
@@ -138,8 +138,8 @@ private:
     Truth truth_{};
 };
 
-std::optional<std::string> unknown(const std::vector<std::string>& asked, const std::vector<std::string>& known,
-                                   const std::string& what) {
+std::optional<std::string> unknown(const std::vector<std::string>& asked,
+                                   const std::vector<std::string>& known, const std::string& what) {
     for (const std::string& name : asked) {
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
         std::string words = "no " + what + " '" + name + "'; there are";
@@ -172,7 +172,7 @@ std::optional<std::string> problem_with(const PlateStudy& study) {
         if (nodes < 9 || nodes > 513 || nodes % 8 != 1)
             return "nodes " + std::to_string(nodes) + "; must be 8 m + 1 between 9 and 513";
     }
-    if (!(study.budget_s > 0.0)) return "the budget must be positive";
+    if (!(study.budget_s > 0.0 && study.sweeps_s > 0.0)) return "the budgets must be positive";
     return std::nullopt;
 }
 

@@ -20,7 +20,8 @@ void improve(WithinTime::Best& best, const PlateRow& row) {
         return;
     }
     if (!std::isfinite(row.error) || best.error <= row.error) return;
-    best = {row.nodes, row.timing.wall_s.median, row.error, row.outcome.status};
+    best = {row.nodes, row.timing.wall_s.median, row.error, row.truth ? row.truth->relative_error : 0.0,
+            row.outcome.status};
 }
 
 }  // namespace
@@ -48,7 +49,8 @@ std::vector<Cost> cost_against_nodes(std::span<const PlateRow> rows, const std::
         Cost cost{.method = method, .nodes = {}, .median_s = {}, .law = std::nullopt};
         std::vector<double> n;
         for (const PlateRow& row : rows) {
-            if (row.method != method || row.field != field || row.side_over_l != 0.0 || row.nodes == 0) continue;
+            if (row.method != method || row.field != field || row.side_over_l != 0.0 || row.nodes == 0)
+                continue;
             if (row.outcome.status != "solved" || row.timing.repeats == 0) continue;
             cost.nodes.push_back(row.nodes);
             cost.median_s.push_back(row.timing.wall_s.median);

@@ -18,6 +18,7 @@ struct WithinTime {
         Eigen::Index nodes = 0;
         /// NaN: no row within the time
         double time_s = std::numeric_limits<double>::quiet_NaN(), error = time_s;
+        double reference_error = 0.0;  ///< an error below it is not known better
         std::string status;
     };
     Best smooth;   ///< the hyperbolic field, bare

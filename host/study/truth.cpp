@@ -41,8 +41,9 @@ Truth extrapolated_truth(const RigidityField& field, const plate::Sheet& sheet, 
         const double coarse_m_per_n = on_nodes(sheet, (nodes + 1) / 2).m_per_n;
         error = std::max(error, std::fabs(coarse_m_per_n / fine.m_per_n - 1.0) / 4.0);
     }
-    return {fine.m_per_n, error,
-            "extrapolated from " + std::to_string(nodes) + " and " + std::to_string((nodes + 1) / 2) + " nodes"};
+    return {
+        fine.m_per_n, error,
+        "extrapolated from " + std::to_string(nodes) + " and " + std::to_string((nodes + 1) / 2) + " nodes"};
 }
 
 Truth continuum_truth(const RigidityField& field, const plate::Sheet& sheet, Index nodes_max) {

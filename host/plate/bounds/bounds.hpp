@@ -13,7 +13,7 @@
 namespace palpate::plate {
 
 /// What a bound rests on, cheapest first: the extremes of D; one uniform plate; that and its answers to seven
-/// patterns; conjugate gradients of two, three, four trials (MATH.md, EXTREMES to KRYLOV).
+/// patterns; conjugate gradients of two, three, four trials (MATH.md eq. 50-52).
 enum class Rung { extremes, uniform, modes, krylov2, krylov3, krylov4 };
 /// `extremes uniform modes krylov-2 krylov-3 krylov-4`
 [[nodiscard]] const char* name_of(Rung rung);
@@ -36,11 +36,11 @@ struct Climb {
 };
 
 /// sqrt(upper/lower) - 1 on Rung::uniform without a foundation, at most, whatever D between these looks like
-/// (Kantorovich; MATH.md, EXTREMES).
+/// (Kantorovich; MATH.md eq. 50).
 [[nodiscard]] double uniform_rung_error(double d_least, double d_most);
 
 /// Bounds on c = p'w for every D and k_f, of one grid, edges, Poisson's ratio and load p; exact statements
-/// about the discrete plate (MATH.md, TRIAL to ROUNDING). Const calls may run in parallel, each with a
+/// about the discrete plate (MATH.md eq. 51-52). Const calls may run in parallel, each with a
 /// Scratch of its own.
 class Bounds {
 public:

@@ -16,7 +16,7 @@ using UniformCompliance = std::function<double(double foundation_n_per_m3)>;
 
 /// Bounds on the continuum: those of the grid over the grid's compliance of the uniform plate times the
 /// continuum's, widened by what the grid may still do to that ratio. Two grids tell: the given one and every
-/// second node of it (MATH.md, CONTINUUM). Unlike Bounds not a theorem: the widening is an estimate with a
+/// second node of it (MATH.md eq. 53). Unlike Bounds not a theorem: the widening is an estimate with a
 /// safety factor.
 class ContinuumBounds {
 public:

@@ -1,5 +1,5 @@
 /// Bounds from trials made for one D: conjugate gradients on deflections from below, on balanced stresses
-/// from above, each preconditioned by a uniform plate (MATH.md, KRYLOV).
+/// from above, each preconditioned by a uniform plate (MATH.md section 17).
 #pragma once
 #include <span>
 #include <vector>
@@ -19,7 +19,7 @@ public:
     void start(const Member& below, const Member& above, const Weights& weights);
     /// One more trial on each side: two solutions of the uniform plates.
     void step();
-    /// Bounds on c with D and k as they were given, valid whatever rounding did (MATH.md, ROUNDING).
+    /// Bounds on c with D and k as they were given, valid whatever rounding did (MATH.md section 17).
     [[nodiscard]] double lower();
     [[nodiscard]] double upper();
     /// Of the deflection's energy, what each node holds through D and through k; their sum is 1. A cell's is

@@ -22,7 +22,7 @@ constexpr std::size_t N_MODES_MAX = 9;
     return i * n_modes - i * (i + 1) / 2 + j;
 }
 
-/// Deflections and balanced stresses, as products of pairs lumped to the nodes (MATH.md, MODES). Each block
+/// Deflections and balanced stresses, as products of pairs lumped to the nodes (MATH.md eq. 52). Each block
 /// holds n_pairs(n) rows of one value per node; those of the foundation are empty without one.
 struct Modes {
     std::size_t n = 0;

@@ -52,7 +52,7 @@ std::vector<std::function<double(double, double)>> patterns(double side) {
             gauss(0.05)};
 }
 
-/// The first answer of the uniform plate to D = 1 + p: dw = -K^-1 K(p) w0, and its stress (MATH.md, MODES).
+/// The first answer of the uniform plate to D = 1 + p: dw = -K^-1 K(p) w0, and its stress (MATH.md eq. 52).
 struct Pairs {
     std::vector<Vector> deflections, stresses;
 };

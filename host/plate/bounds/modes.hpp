@@ -4,7 +4,7 @@
 
 namespace palpate::plate::bounds {
 
-/// `w0` and `stress0` are the uniform plate's own under the load (MATH.md, MODES).
+/// `w0` and `stress0` are the uniform plate's own under the load (MATH.md eq. 52).
 [[nodiscard]] Modes make_modes(const Uniform& uniform, const Vector& w0, const Vector& stress0,
                                bool with_foundation);
 

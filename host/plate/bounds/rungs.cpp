@@ -16,12 +16,12 @@ double squared(double x) {
     return x * x;
 }
 
-/// What n terms and a handful of operations on their sum may round (MATH.md, ROUNDING).
+/// What n terms and a handful of operations on their sum may round (MATH.md section 17).
 double margin_of(std::size_t n) {
     return static_cast<double>(n + 32) * EPSILON;
 }
 
-/// The dual value, and by how much the stress's own load may be longer than p (MATH.md, ROUNDING).
+/// The dual value, and by how much the stress's own load may be longer than p (MATH.md section 17).
 double with_imbalance(double energy, double imbalance, double least_ratio) {
     return squared(std::sqrt(energy) + imbalance / std::sqrt(least_ratio)) * (1.0 + 16.0 * EPSILON);
 }

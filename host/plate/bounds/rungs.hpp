@@ -28,11 +28,11 @@ struct Energies {
 /// A foundation's reaction can bear a part of the load only where there is one everywhere.
 [[nodiscard]] bool can_bound_above(const Member& member, const Weights& weights);
 
-/// The uniform plate's compliance over the extremes of D (MATH.md, EXTREMES).
+/// The uniform plate's compliance over the extremes of D (MATH.md eq. 50).
 void extremes_rung(const Member& member, const Weights& weights, Range& range);
-/// One trial (MATH.md, TRIAL).
+/// One trial (MATH.md eq. 51).
 void uniform_rung(const Member& member, const Weights& weights, const Energies& energies, Range& range);
-/// The best of the modes' combinations (MATH.md, MODES); of anchors.
+/// The best of the modes' combinations (MATH.md eq. 52); of anchors.
 void modes_lower_rung(const Member& member, const Weights& weights, Range& range);
 void modes_upper_rung(const Member& member, const Weights& weights, Range& range);
 

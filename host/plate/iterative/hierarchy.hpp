@@ -12,7 +12,7 @@ namespace palpate::plate {
 
 /// An approximation of K^-1 that is symmetric and positive definite: V(2,2) with Chebyshev's polynomial of
 /// degree 2 in diag(K)^-1 K as smoother, the energy form anew on each grid with D fully weighted, the
-/// coarsest grid solved by Plate (MATH.md, MULTIGRID).
+/// coarsest grid solved by Plate (MATH.md eq. 46).
 class Hierarchy {
 public:
     /// The problem must be valid and can_coarsen. Allocates all that is ever needed. Throws Guard.

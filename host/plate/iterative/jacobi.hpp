@@ -9,7 +9,7 @@
 
 namespace palpate::plate {
 
-/// w' = w + omega diag(K)^-1 (f - K w) from w = 0 (MATH.md, JACOBI). The paper has omega = 1 and its equation
+/// w' = w + omega diag(K)^-1 (f - K w) from w = 0 (MATH.md eq. 44). The paper has omega = 1 and its equation
 /// 7 in place of K; for uniform D they are the same matrix. Errors grow when omega exceeds 2/lambda, lambda
 /// the largest eigenvalue of diag(K)^-1 K: 3.2 where D is smooth (2.2 times a sweep for omega = 1), up to
 /// some 3.4 where it is rough, and there even the damped iteration diverges. Otherwise they shrink by 1 - 65

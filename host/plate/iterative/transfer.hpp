@@ -21,7 +21,7 @@ namespace palpate::plate {
 void weigh_fully(const Eigen::Ref<const Eigen::ArrayXXd>& fine, Eigen::Ref<Eigen::ArrayXXd> coarse,
                  Eigen::Ref<Eigen::ArrayXXd> room);
 
-/// Cubic interpolation P and its transpose (MATH.md, TRANSFER). Beyond an edge the deflection is mirrored:
+/// Cubic interpolation P and its transpose (MATH.md eq. 47). Beyond an edge the deflection is mirrored:
 /// even at a clamped edge, odd at a supported one; at a free one the cubic goes on. Vectors in the layouts,
 /// 0 where nothing moves. Not for two threads at once: it has memory of its own.
 class Transfer {

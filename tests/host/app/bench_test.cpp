@@ -10,8 +10,9 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::vector<std::string> SMALL{"--fields", "hyperbolic", "--nodes", "9,17", "--methods",
-                                     "cholesky,jacobi,damped-jacobi-change-1e-3", "--budget", "0.001"};
+const std::vector<std::string> SMALL{"--fields", "hyperbolic", "--nodes",
+                                     "9,17",     "--methods",  "cholesky,jacobi,damped-jacobi-change-1e-3",
+                                     "--budget", "0.001"};
 
 std::vector<std::string> bench(const std::string& what, const std::filesystem::path& out,
                                const std::vector<std::string>& more) {
@@ -30,7 +31,8 @@ TEST_CASE("bench plate leaves a table, a document and words in its folder, and t
     const nlohmann::json document = json_of(folder / "out" / "results.json");
     CHECK(nlohmann::json::parse(outcome.out) == document);
     CHECK(document["schema"] == "palpate.bench_plate/1");
-    for (const char* key : {"palpate", "build", "command", "started_utc", "machine"}) CHECK(document.contains(key));
+    for (const char* key : {"palpate", "build", "command", "started_utc", "machine"})
+        CHECK(document.contains(key));
     CHECK(document["command"] ==
           "palpate bench plate --fields hyperbolic --methods cholesky,jacobi,damped-jacobi-change-1e-3 "
           "--nodes 9,17 --budget 0.001");
@@ -45,9 +47,9 @@ TEST_CASE("bench plate leaves a table, a document and words in its folder, and t
 
 TEST_CASE("bench extreme passes on what its guards catch") {
     const Folder folder;
-    const Outcome outcome = call(
-        PAL_PALPATE_PROGRAM, bench("extreme", folder / "out", {"--groups", "one-node,bad-input", "--nodes", "17"}),
-        folder);
+    const Outcome outcome =
+        call(PAL_PALPATE_PROGRAM,
+             bench("extreme", folder / "out", {"--groups", "one-node,bad-input", "--nodes", "17"}), folder);
     INFO(outcome.err);
     CHECK(outcome.code == 0);
     CHECK_THAT(outcome.out, Contains("eq7 gives a negative compliance"));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "host/study/extended.hpp"
@@ -25,7 +26,8 @@ std::vector<ExtremeRow> rows_of(const std::string& group) {
     return run(ExtremeStudy{.groups = {group}, .methods = {}, .nodes = 17}, {}, [](const std::string&) {});
 }
 
-const ExtremeRow& row_of(const std::vector<ExtremeRow>& rows, const std::string& name, const std::string& method) {
+const ExtremeRow& row_of(const std::vector<ExtremeRow>& rows, const std::string& name,
+                         const std::string& method) {
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const ExtremeRow& r) {
         return r.method == method && r.name.find(name) != std::string::npos;
     });
@@ -46,8 +48,9 @@ TEST_CASE("113 bits find the compliances that were computed elsewhere") {
         Anchor{17, [](double x, double) { return 1.0 + 9.0 * x; }, 1.140287018e-3},
         Anchor{17, [](double x, double) { return x > 0.4 ? 1e3 : 1.0; }, 1.338722452e-5},
         Anchor{17, [](double x, double z) { return x == 0.5 && z == 0.5 ? 0.5 : 1.0; }, 6.362091482e-3});
+    // Half of the last digit given is up to 4.4e-10 of the value.
     CHECK(extended_centre_compliance_m_per_n(unit_square(anchor.nodes, anchor.rigidity)) ==
-          Approx(anchor.m_per_n).epsilon(2e-10));
+          Approx(anchor.m_per_n).epsilon(5e-10));
 }
 
 TEST_CASE("113 bits do not mind which way the plate lies") {
@@ -76,7 +79,8 @@ TEST_CASE("no method is wrong in silence on the small extremes") {
     const std::vector<ExtremeRow> rows = rows_of(group);
     REQUIRE_FALSE(rows.empty());
     for (const ExtremeRow& row : rows) {
-        INFO(row.name << ", " << row.method << ": " << row.error << " of " << row.stated_error << ' ' << row.words);
+        INFO(row.name << ", " << row.method << ": " << row.error << " of " << row.stated_error << ' '
+                      << row.words);
         CHECK(row.finding != Finding::silent);
     }
     CHECK(count_silent(rows) == 0);
@@ -109,7 +113,8 @@ TEST_CASE("jacobi says that it diverges, and what has no answer is refused in wo
 TEST_CASE("a number above its stated error, or for a problem without an answer, is silence") {
     const std::vector<ExtremeCase> cases = extreme_cases(17);
     const auto of = [&](Judge judge) {
-        return *std::find_if(cases.begin(), cases.end(), [&](const ExtremeCase& c) { return c.judge == judge; });
+        return *std::find_if(cases.begin(), cases.end(),
+                             [&](const ExtremeCase& c) { return c.judge == judge; });
     };
     Outcome outcome;
     outcome.m_per_n = 1.01;
@@ -119,13 +124,15 @@ TEST_CASE("a number above its stated error, or for a problem without an answer, 
     CHECK(judged(of(Judge::discrete), "m", outcome, 1.0).finding == Finding::silent);
     outcome.stated_error.reset();
     CHECK(judged(of(Judge::discrete), "m", outcome, 1.0).finding == Finding::no_claim);
-    CHECK(judged(of(Judge::refusal), "m", outcome, NAN).finding == Finding::silent);
+    CHECK(judged(of(Judge::refusal), "m", outcome, std::numeric_limits<double>::quiet_NaN()).finding ==
+          Finding::silent);
     outcome.stated_error = 1.0;
     outcome.m_per_n = std::numeric_limits<double>::quiet_NaN();  // is within no error
     CHECK(judged(of(Judge::discrete), "m", outcome, 1.0).finding == Finding::silent);
 }
 
-TEST_CASE("the extreme table has a CSV line and a JSON row for each outcome, and a table line for each case") {
+TEST_CASE(
+    "the extreme table has a CSV line and a JSON row for each outcome, and a table line for each case") {
     const std::vector<ExtremeRow> rows = rows_of("one-node");
     const std::string csv = extreme_csv(rows);
     CHECK(csv.rfind("group,case,method,finding,error_relative,", 0) == 0);

@@ -20,6 +20,7 @@ PlateStudy small() {
     study.cost_nodes.clear();
     study.on_foundation = false;
     study.budget_s = 1e-4;
+    study.sweeps_s = 1e-4;
     study.reference_nodes_max = 65;
     return study;
 }
@@ -60,8 +61,10 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 TEST_CASE("errors about the continuum are those that are known of the grids") {
     // 5.0e-2, 1.5e-2: raw compliance of the uniform square on 17 and 33 nodes.
-    CHECK(row_of("uniform", "cholesky", 17).error == Approx(5.893088423e-3 / 5.612024020e-3 - 1.0).epsilon(1e-6));
-    CHECK(row_of("uniform", "cholesky", 33).error == Approx(5.696151392e-3 / 5.612024020e-3 - 1.0).epsilon(1e-6));
+    CHECK(row_of("uniform", "cholesky", 17).error ==
+          Approx(5.893088423e-3 / 5.612024020e-3 - 1.0).epsilon(1e-6));
+    CHECK(row_of("uniform", "cholesky", 33).error ==
+          Approx(5.696151392e-3 / 5.612024020e-3 - 1.0).epsilon(1e-6));
     CHECK(row_of("uniform", "cholesky-extrapolated", 33).error < 1e-9);
     CHECK(row_of("hyperbolic", "cholesky-extrapolated", 33).error < 2e-5);
     CHECK(row_of("uniform", "closed-form", 0).error < 1e-6);
@@ -70,7 +73,8 @@ TEST_CASE("errors about the continuum are those that are known of the grids") {
           *row_of("hyperbolic", "bounds-modes", 33).outcome.stated_error);
 }
 
-TEST_CASE("a row tells what became of a method: jacobi diverges, the laminate rule is refused by those without") {
+TEST_CASE(
+    "a row tells what became of a method: jacobi diverges, the laminate rule is refused by those without") {
     CHECK(row_of("hyperbolic", "jacobi", 17).outcome.status == "diverged");
     CHECK(row_of("hyperbolic", "damped-jacobi", 33).outcome.status == "not-converged");
     CHECK(row_of("jump-on-line", "eq7", 17).outcome.status == "refused");
@@ -117,9 +121,9 @@ TEST_CASE("the cost of made-up times has the exponent they were made with") {
 }
 
 TEST_CASE("what a time buys is the smallest error within it") {
-    std::vector<PlateRow> rows{made("hyperbolic", "a", 17, 0.01, 1e-2), made("hyperbolic", "a", 33, 0.1, 1e-3),
-                               made("hyperbolic", "a", 65, 1.0, 1e-4), made("random", "a", 17, 2.0, 1e-1),
-                               made("hyperbolic", "b", 17, 0.01, 1e7)};
+    std::vector<PlateRow> rows{made("hyperbolic", "a", 17, 0.01, 1e-2),
+                               made("hyperbolic", "a", 33, 0.1, 1e-3), made("hyperbolic", "a", 65, 1.0, 1e-4),
+                               made("random", "a", 17, 2.0, 1e-1), made("hyperbolic", "b", 17, 0.01, 1e7)};
     rows.back().outcome.status = "diverged";
     const std::vector<WithinTime> table = within_time(rows, 0.16);
     REQUIRE(table.size() == 2);
@@ -130,12 +134,23 @@ TEST_CASE("what a time buys is the smallest error within it") {
     CHECK_THAT(results_markdown(rows), Contains("| b | diverged | - | - |"));
 }
 
+TEST_CASE("an error below the reference's own is told as a bound") {
+    std::vector<PlateRow> rows{made("hyperbolic", "a", 17, 0.01, 1e-7)};
+    rows[0].truth = Truth{1.0, 3e-6, "extrapolated"};
+    CHECK_THAT(results_markdown(rows), Contains("| a | <= 3e-06 (n = 17"));
+    CHECK(results_json({}, rows)["within_160_ms"]["lines"][0]["hyperbolic"]["reference_error_relative"] ==
+          3e-6);
+    rows[0].truth->relative_error = 1e-9;
+    CHECK_THAT(results_markdown(rows), Contains("| a | 1e-07 (n = 17"));
+}
+
 TEST_CASE("the picture's script marks each method once, the front, and both times") {
     const std::vector<PlateRow> rows{made("hyperbolic", "cholesky", 17, 1e-5, 1e-2),
                                      made("hyperbolic", "cholesky", 33, 1e-4, 1e-3),
                                      made("hyperbolic", "eigen", 33, 1e-3, 1e-3)};
     const std::string script = pareto_script(rows, "it's.png");
-    CHECK_THAT(script, Contains("title 'cholesky'") && Contains("title 'eigen'") && Contains("title 'Pareto front'"));
+    CHECK_THAT(script,
+               Contains("title 'cholesky'") && Contains("title 'eigen'") && Contains("title 'Pareto front'"));
     CHECK_THAT(script, Contains("1 ms") && Contains("160 ms") && Contains("'it''s.png'"));
     CHECK_THAT(script, Contains("$p0_0 << EOD\n0.01 0.01\n0.1 0.001\nEOD"));
     CHECK(pareto_script({}, "none.png").empty());
