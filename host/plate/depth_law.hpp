@@ -6,8 +6,9 @@
 
 namespace palpate::plate {
 
-/// psi(x) = (1 + n1 x + n2 x^2 + n4 x^4)/(1 + m1 x + m2 x^2) at x = depth/thickness (MATH.md eq. 42-43), in the
-/// order of pal_table.psi: energy U = k d^2 psi/2, force F = k d phi, k the linear stiffness. All 0: linear.
+/// psi(x) = (1 + n1 x + n2 x^2 + n4 x^4)/(1 + m1 x + m2 x^2) at x = depth/thickness (MATH.md eq. 42-43), in
+/// the order of pal_table.psi: energy U = k d^2 psi/2, force F = k d phi, k the linear stiffness. All 0:
+/// linear.
 struct DepthLaw {
     double n1 = 0.0;
     double n2 = 0.0;

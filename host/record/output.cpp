@@ -31,7 +31,7 @@ fs::path with_suffix(fs::path path, const std::string& suffix) {
 /// Nothing but a result is ever removed.
 bool is_result(const fs::path& directory) {
     std::error_code error;
-    for (const char* name : {"summary.json", "scene.toml", "run.palrec"}) {
+    for (const char* name : {"summary.json", "scene.toml", "run.palrec", "results.json"}) {
         if (fs::exists(directory / name, error)) return true;
     }
     return fs::is_empty(directory, error) && !error;

@@ -14,6 +14,9 @@
 namespace palpate::plate {
 namespace {
 
+/// D in N m beyond which squares of it would leave double's range.
+constexpr double UNSCALED_MOST = 1e60;
+
 using bounds::Keep;
 using bounds::Member;
 using bounds::Range;
@@ -50,14 +53,16 @@ void require_load(const Problem& problem, std::span<const double> force_n) {
 
 /// What one call needs and leaves.
 struct Bounds::Scratch::Impl {
-    std::vector<double> inverse_d, k, inverse_k;
+    std::vector<double> d, inverse_d, k, inverse_k;
+    double scale = 1.0;  ///< D and k were multiplied by it
     bounds::Krylov krylov;
     Weights weights{};
     double ratio = 0.0;  ///< k over D, means where the load is felt
     Rung rung = Rung::extremes;
 
     Impl(const bounds::Setting& setting, bool with_foundation)
-        : inverse_d(setting.strains.grid().nx * setting.strains.grid().nz),
+        : d(setting.strains.grid().nx * setting.strains.grid().nz),
+          inverse_d(d.size()),
           k(with_foundation ? inverse_d.size() : 0),
           inverse_k(k.size()),
           krylov(setting) {}
@@ -124,13 +129,20 @@ Weights Bounds::Impl::weights(std::span<const double> d, std::span<const double>
         throw std::invalid_argument("rigidity and foundation need one value per node");
     if (!k.empty() && !with_foundation)
         throw std::invalid_argument("these bounds were made for plates without a foundation");
-    const auto ends = bounds::invert(d.data(), d.size(), scratch.inverse_d.data());
+    auto ends = bounds::invert(d.data(), d.size(), scratch.inverse_d.data());
     if (!(ends.finite && ends.least >= std::numeric_limits<double>::min()))
         throw std::invalid_argument("rigidity must be positive and finite at every node");
+    scratch.scale = 1.0;
+    if (!(ends.most <= UNSCALED_MOST && ends.least >= 1.0 / UNSCALED_MOST)) {
+        scratch.scale = std::ldexp(1.0, -std::ilogb(ends.most));  // a power of two: exact
+        for (std::size_t i = 0; i < d.size(); ++i) scratch.d[i] = d[i] * scratch.scale;
+        d = scratch.d;
+        ends = bounds::invert(d.data(), d.size(), scratch.inverse_d.data());
+    }
     Weights weights{d, scratch.inverse_d, {}, {}, ends.least, ends.most, 0.0, 0.0};
     if (k.empty()) return weights;
     const double side4 = squared(squared(side_m));
-    for (std::size_t i = 0; i < k.size(); ++i) scratch.k[i] = k[i] * side4;
+    for (std::size_t i = 0; i < k.size(); ++i) scratch.k[i] = k[i] * scratch.scale * side4;
     const auto k_ends = bounds::invert(scratch.k.data(), k.size(), scratch.inverse_k.data());
     if (!(k_ends.finite && k_ends.least >= 0.0))
         throw std::invalid_argument("foundation must be finite and not negative at every node");
@@ -243,7 +255,7 @@ Bracket Bounds::bracket(std::span<const double> rigidity_n_m, std::span<const do
                         const Climb& climb, Scratch& scratch) const {
     scratch.impl_->weights = impl_->weights(rigidity_n_m, foundation_n_per_m3, *scratch.impl_);
     const Range range = impl_->climb(scratch.impl_->weights, climb, *scratch.impl_);
-    const double m2 = squared(impl_->side_m), slack = 4.0 * bounds::EPSILON;
+    const double m2 = squared(impl_->side_m) * scratch.impl_->scale, slack = 4.0 * bounds::EPSILON;
     return {range.lower * m2 * (1.0 - slack), range.upper * m2 * (1.0 + slack), scratch.impl_->rung};
 }
 

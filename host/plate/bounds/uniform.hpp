@@ -42,8 +42,8 @@ private:
     [[nodiscard]] Vector residual(const Vector& stress, const Vector& load) const;
 };
 
-/// a_i b_i of rows of B summed to the nodes: a cell's quarter goes to each of its corners (MATH.md section 17).
-/// Padded.
+/// a_i b_i of rows of B summed to the nodes: a cell's quarter goes to each of its corners (MATH.md section
+/// 17). Padded.
 [[nodiscard]] Vector bending_at_nodes(const Padded& grid, const Vector& a, const Vector& b);
 [[nodiscard]] Vector foundation_at_nodes(const Padded& grid, const Vector& a, const Vector& b);
 [[nodiscard]] std::vector<double> nodes_of(const Padded& grid, const Vector& padded);

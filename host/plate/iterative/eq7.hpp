@@ -10,11 +10,11 @@ namespace palpate::plate {
 /// D lap^2 w + 2 D_x (lap w)_x + 2 D_z (lap w)_z + lap D lap w - (1 - nu)(D_xx w_zz - 2 D_xz w_xz + D_zz
 /// w_xx)
 /// + k_f w = q, every derivative by central differences on the grid, w and its slope 0 at the edges, times
-/// hx hz (the paper's eq. 7; MATH.md eq. 48). The same matrix as K where D is constant or linear, second order
-/// where D is smooth. It is neither symmetric nor positive: once D changes by more than some 1.5 to 2 times
-/// from node to node it gives compliances that are wrong by any factor, and negative ones, which solve()
-/// refuses. The paper iterates on it with Jacobi's method; here Eigen::SparseLU solves it, so that what is
-/// seen is the equation's own error. set_rigidity and solve allocate.
+/// hx hz (the paper's eq. 7; MATH.md eq. 48). The same matrix as K where D is constant or linear, second
+/// order where D is smooth. It is neither symmetric nor positive: once D changes by more than some 1.5 to 2
+/// times from node to node it gives compliances that are wrong by any factor, and negative ones, which
+/// solve() refuses. The paper iterates on it with Jacobi's method; here Eigen::SparseLU solves it, so that
+/// what is seen is the equation's own error. set_rigidity and solve allocate.
 class Eq7 final : public Solver {
 public:
     /// Throws std::invalid_argument with problem_with(problem), and for edges that are not clamped, a

@@ -21,9 +21,9 @@ struct Cap {
 /// l = (D/(E h kappa^2))^(1/4): how far a load on a shell is felt.
 [[nodiscard]] double shell_length_m(double thickness_m, double curvature_per_m, double poisson);
 
-/// As press(Shell), with cubic Hermite elements in the radius for w and u (MATH.md section 15). Fourth order: with
-/// 64 elements k is right to 1e-6 and F/(k d) at five thicknesses to 3e-6. Milliseconds a depth; beyond some
-/// fifty thicknesses Ceres needs hundreds of iterations and may give up.
+/// As press(Shell), with cubic Hermite elements in the radius for w and u (MATH.md section 15). Fourth order:
+/// with 64 elements k is right to 1e-6 and F/(k d) at five thicknesses to 3e-6. Milliseconds a depth; beyond
+/// some fifty thicknesses Ceres needs hundreds of iterations and may give up.
 [[nodiscard]] Pressed press(const Cap& cap, std::span<const double> depths_m);
 
 }  // namespace palpate::reference

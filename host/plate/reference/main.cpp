@@ -4,6 +4,7 @@
 #include <string>
 
 #include "host/plate/reference/cap.hpp"
+#include "host/plate/reference/cholmod.hpp"
 #include "host/plate/reference/depth_table.hpp"
 #include "host/plate/reference/linear.hpp"
 #include "host/plate/reference/request.hpp"
@@ -26,6 +27,7 @@ force that takes. Every edge is clamped: no deflection, no slope.
   square     a uniform square shell pressed at its middle, in few elements of high order: where shell
              is 1 % out, 0.1 % in the same time
   cap        a uniform round patch of a sphere, pressed at its middle: milliseconds
+  cholmod    what `plate` asks, by CHOLMOD's factorisations, timed (budget_s: seconds for each)
   depth-law  the table of F/(k d) over d/h, flat, convex and concave, from which host/plate/depth_law has
              its constants (a minute)
 
@@ -73,6 +75,7 @@ std::string answer(const std::string& command) {
     if (command == "shell") return pressed_text(reference::read_shell(std::cin));
     if (command == "square") return pressed_text(reference::read_square(std::cin));
     if (command == "cap") return pressed_text(reference::read_cap(std::cin));
+    if (command == "cholmod") return reference::cholmod_text(std::cin) + '\n';
     if (command == "depth-law") return reference::depth_table_text();
     if (command == "--help") return HELP;
     throw reference::BadRequest("expected one command: plate, shell, square, cap or depth-law (or --help)");

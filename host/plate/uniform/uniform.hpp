@@ -17,8 +17,8 @@ namespace palpate::plate {
 /// that each thread solves when first asked (7 ms at n = 33); up to a/l = 96, solved every time beyond.
 [[nodiscard]] double uniform_square_grid_compliance(Eigen::Index n, double side_over_l);
 
-/// Grid error of the compliance at a node as the uniform square about it has it: same spacing (mean of x and z),
-/// same D and k_f (MATH.md eq. 8). The node must be inside.
+/// Grid error of the compliance at a node as the uniform square about it has it: same spacing (mean of x and
+/// z), same D and k_f (MATH.md eq. 8). The node must be inside.
 [[nodiscard]] double local_grid_error_m_per_n(const Problem& problem, const Node& load);
 
 }  // namespace palpate::plate

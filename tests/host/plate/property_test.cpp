@@ -127,7 +127,8 @@ TEST_CASE("on random plates the compliance is no further from a finer grid's tha
         const RandomCase c = fields::random_case(seed);
         CAPTURE(c.words);
         const auto ask = [&](const Nodes& nodes) {
-            return compliance(c.sheet, nodes, std::array{c.load}, {.method = Method::cholesky, .bracket = false});
+            return compliance(c.sheet, nodes, std::array{c.load},
+                              {.method = Method::cholesky, .bracket = false});
         };
         try {
             const Compliance here = ask(c.nodes), finer = ask({2 * c.nodes.nx - 1, 2 * c.nodes.nz - 1});

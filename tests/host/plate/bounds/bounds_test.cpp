@@ -62,6 +62,20 @@ Problem square(double (*rigidity)(double, double), double side_over_l) {
     return problem;
 }
 
+TEST_CASE("bounds scale as 1/D over all that double holds") {
+    const double unit = GENERATE(as<double>{}, 1e-300, 1e-70, 1e70, 1e300);
+    Problem problem = fields::on_foundation(fields::unit_square(N, linear), 5.0);
+    std::vector<double> force(static_cast<std::size_t>(N * N), 0.0);
+    force[static_cast<std::size_t>(CENTRE.ix + N * CENTRE.iz)] = 1.0;
+    const Climb climb{.relative_error = 0.0, .last = Rung::krylov2};
+    const Bracket plain = bracket(problem, force, climb);
+    problem.rigidity_n_m *= unit;
+    problem.foundation_n_per_m3 *= unit;
+    const Bracket scaled = bracket(problem, force, climb);
+    CHECK(scaled.lower_m_per_n * unit == Approx(plain.lower_m_per_n).epsilon(1e-9));
+    CHECK(scaled.upper_m_per_n * unit == Approx(plain.upper_m_per_n).epsilon(1e-9));
+}
+
 }  // namespace
 
 TEST_CASE("a uniform plate is known to eleven digits on every rung") {
