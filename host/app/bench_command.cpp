@@ -117,7 +117,7 @@ public:
                      program_.string(), command, question.string(), words.string()},
                     answer);
         while (!child.wait(100)) stop_when_interrupted();
-        const Json parsed = Json::parse(text_of(answer), nullptr, false);
+        Json parsed = Json::parse(text_of(answer), nullptr, false);
         if (child.ended() == "exit 0" && parsed.is_object()) return parsed;
         std::string said = text_of(words);
         while (!said.empty() && said.back() == '\n') said.pop_back();

@@ -32,7 +32,8 @@ double linear(const Eigen::ArrayXXd& v, std::pair<Index, double> x, std::pair<In
 Eigen::ArrayXd moved_lines(Index n, double length_m, double wanted_m, int halvings) {
     Index step = 1;
     for (int k = 0; k < halvings && (n - 1) % (2 * step) == 0; ++k) step *= 2;
-    const double wanted = wanted_m / length_m, coarse = static_cast<double>((n - 1) / step);
+    const Index cells = (n - 1) / step;
+    const double wanted = wanted_m / length_m, coarse = static_cast<double>(cells);
     const double node = std::clamp(std::round(wanted * coarse), 1.0, coarse - 1.0) / coarse;
     const double c = (wanted - node) / (node * (1.0 - node));
     Eigen::ArrayXd lines(n);

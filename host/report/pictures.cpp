@@ -50,7 +50,7 @@ std::string draw_pictures(const std::filesystem::path& directory, const std::str
     if (!any([](const pal_tick& tick) { return tick.path_tick > 0; }))
         return "the path did not begin: there is no force.png and no curve.png";
     const bool contact = any([](const pal_tick& tick) { return tick.depth_m > 0.0F; });
-    const std::string words = run_gnuplot(script(directory, title, contact), "force.png and curve.png");
+    std::string words = run_gnuplot(script(directory, title, contact), "force.png and curve.png");
     if (!words.empty()) return words;
     return contact ? "" : "the loop saw no contact: there is no curve.png";
 }

@@ -146,6 +146,7 @@ const char* name_of(Finding finding) {
 
 std::vector<std::string> extreme_methods() {
     std::vector<std::string> names;
+    names.reserve(ENTRANTS.size());
     for (const Entrant& entrant : ENTRANTS) names.emplace_back(entrant.name);
     return names;
 }
