@@ -98,7 +98,7 @@ SolveAnswer solve(const scene::PlateFile& file) {
     const plate::Accuracy accuracy{.tolerance = file.solver.tolerance,
                                    .method = file.solver.method,
                                    .extrapolate = file.solver.extrapolate,
-                                   .options = {}};
+                                   .options = {.kernel = plate::Kernel::best}};
     plate::Wanted wanted;
     for (const scene::Vec2& at_m : file.output.points_m) wanted.points_m.push_back(vec(at_m));
     const std::size_t n_points = wanted.points_m.size();
