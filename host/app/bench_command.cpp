@@ -58,15 +58,6 @@ constexpr const char* EXTREME_FOOTER =
     "silently:\n"
     "an error above the one it states, without a guard or a status.";
 
-std::string utc_now() {
-    const std::time_t now = std::time(nullptr);
-    std::tm parts{};
-    gmtime_r(&now, &parts);
-    std::array<char, 32> text{};
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
-}
-
 template <typename Items>
 std::string joined(const Items& items) {
     std::ostringstream text;
@@ -92,7 +83,7 @@ Json about(const std::string& what, const BenchOptions& options, const study::Or
             {"palpate", PALPATE_VERSION},
             {"build", PALPATE_BUILD},
             {"command", command_of(what, options)},
-            {"started_utc", utc_now()},
+            {"started_utc", record::utc_text(std::time(nullptr))},
             {"machine", study::machine_json()},
             {"palpate_reference", oracle ? "used" : "not installed: no Ceres, no CHOLMOD"}};
 }

@@ -43,15 +43,6 @@ std::vector<std::string> overrides_of(const RunOptions& options) {
     return overrides;
 }
 
-std::string utc(std::uint64_t unix_ns) {
-    const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000U);
-    std::tm parts{};
-    gmtime_r(&seconds, &parts);
-    std::array<char, 32> text{};
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
-}
-
 std::string command_of(const RunOptions& options) {
     std::string command = "palpate run " + options.scene;
     for (const std::string& set : overrides_of(options)) command += " --set " + set;
@@ -132,17 +123,18 @@ Json summary_of(const RunOptions& options, const Prepared& prepared, const RunRe
         summary["device"] = Json::parse(result.device_status, nullptr, false);
         if (summary["device"].is_discarded()) summary["device"] = {{"no_answer", result.device_status}};
     }
-    summary.update(Json{{"title", world.scene.title},
-                        {"clock", world.scene.run.clock},
-                        {"object", object_json(world)},
-                        {"scene_hash", record::hash_text(world.scene.hash)},
-                        {"source_hash", record::hash_text(world.source_hash)},
-                        {"command", command_of(options)},
-                        {"palpate", PALPATE_VERSION},
-                        {"build", PALPATE_BUILD},
-                        {"started_utc", utc(result.start_unix_ns)},
-                        {"duration_wall_s",
-                         1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns)}});
+    summary.update(Json{
+        {"title", world.scene.title},
+        {"clock", world.scene.run.clock},
+        {"object", object_json(world)},
+        {"scene_hash", record::hash_text(world.scene.hash)},
+        {"source_hash", record::hash_text(world.source_hash)},
+        {"command", command_of(options)},
+        {"palpate", PALPATE_VERSION},
+        {"build", PALPATE_BUILD},
+        {"started_utc", record::utc_text(static_cast<std::time_t>(result.start_unix_ns / 1'000'000'000U))},
+        {"duration_wall_s",
+         1e-9 * static_cast<double>(result.end_monotonic_ns - result.start_monotonic_ns)}});
     return summary;
 }
 
@@ -166,18 +158,19 @@ int judge(const scene::World& world, const RunResult& result, Json& summary) {
 nlohmann::json record_header(const RunOptions& options, const Prepared& prepared, const RunResult& result,
                              const std::string& scene_toml) {
     const scene::World& world = *prepared.world;
-    return {{"schema", "palpate.record/1"},
-            {"palpate", PALPATE_VERSION},
-            {"build", PALPATE_BUILD},
-            {"command", command_of(options)},
-            {"scene_hash", record::hash_text(world.scene.hash)},
-            {"scene", scene_toml},
-            {"object", object_json(world)},
-            {"started_utc", utc(result.start_unix_ns)},
-            {"start_unix_ns", result.start_unix_ns},
-            {"start_monotonic_ns", result.start_monotonic_ns},
-            {"end_monotonic_ns", result.end_monotonic_ns},
-            {"device", "simulated novint-falcon"}};
+    return {
+        {"schema", "palpate.record/1"},
+        {"palpate", PALPATE_VERSION},
+        {"build", PALPATE_BUILD},
+        {"command", command_of(options)},
+        {"scene_hash", record::hash_text(world.scene.hash)},
+        {"scene", scene_toml},
+        {"object", object_json(world)},
+        {"started_utc", record::utc_text(static_cast<std::time_t>(result.start_unix_ns / 1'000'000'000U))},
+        {"start_unix_ns", result.start_unix_ns},
+        {"start_monotonic_ns", result.start_monotonic_ns},
+        {"end_monotonic_ns", result.end_monotonic_ns},
+        {"device", "simulated novint-falcon"}};
 }
 
 std::filesystem::path output_directory(const RunOptions& options) {

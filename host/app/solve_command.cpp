@@ -51,15 +51,6 @@ std::string command_of(const SolveOptions& options) {
     return command;
 }
 
-std::string utc_now() {
-    const std::time_t now = std::time(nullptr);
-    std::tm parts{};
-    gmtime_r(&now, &parts);
-    std::array<char, 32> text{};
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
-}
-
 /// Where an output goes; empty when it is not asked for. Refused now, before anything is solved, when it
 /// cannot go there or would take the place of an input.
 fs::path output_path(const SolveOptions& options, const scene::PlateFile& file, const std::string& key,
@@ -134,7 +125,7 @@ int solve(const SolveOptions& options) {
     catch_interrupts();
     const scene::PlateFile file = scene::load_plate(options.file, options.set);
     SolveTold told{.command = command_of(options),
-                   .started_utc = utc_now(),
+                   .started_utc = record::utc_text(std::time(nullptr)),
                    .field = {output_path(options, file, "output.field", file.output.field), ""},
                    .plot = {output_path(options, file, "output.plot", file.output.plot), ""}};
     SolveAnswer answer;

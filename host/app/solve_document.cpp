@@ -102,6 +102,8 @@ std::string compliance_lines(const Json& document) {
     if (document["lower_m_per_n"].is_number()) {
         out += line("certified", "between " + number(document["lower_m_per_n"], 1.0, "%.6g") + " and " +
                                      number(document["upper_m_per_n"], 1.0, "%.6g") + " m/N");
+    } else {
+        out += line("certified", "no: " + document["lower_m_per_n_why"].get<std::string>());
     }
     return out;
 }

@@ -10,9 +10,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double SIDE = 1e-9;  ///< of the plate's size: how far from a grid line its two sides are asked
-
-/// Where x lies among n even places over a length: index below, and the rest of the way to the next.
 std::pair<Index, double> place(double x_m, double length_m, Index n) {
     const double at = std::clamp(x_m / length_m, 0.0, 1.0) * static_cast<double>(n - 1);
     const Index below = std::min(static_cast<Index>(at), std::max<Index>(n - 2, 0));
@@ -60,7 +57,7 @@ struct Quarters {
     double mean, harmonic_x, harmonic_z;
 
     Quarters(const Sheet& sheet, double x_m, double z_m) {
-        const double ex = SIDE * sheet.size_m.x(), ez = SIDE * sheet.size_m.y();
+        const double ex = BESIDE * sheet.size_m.x(), ez = BESIDE * sheet.size_m.y();
         const auto at = [&](double x, double z) {
             return sheet.rigidity_n_m(std::clamp(x, 0.0, sheet.size_m.x()),
                                       std::clamp(z, 0.0, sheet.size_m.y()));

@@ -12,6 +12,9 @@ namespace palpate::plate {
 /// Something known all over the plate: of (x_m, z_m) from the plate's corner.
 using Field = std::function<double(double x_m, double z_m)>;
 
+/// Of the plate's size: D is asked for this far to either side of a grid line to see whether it jumps there.
+inline constexpr double BESIDE = 1e-9;
+
 enum class Sampling { linear, nearest };
 
 /// Values at even places, (i, j), corner to corner of a plate: linear between them, or the nearest (the

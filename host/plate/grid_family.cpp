@@ -132,16 +132,20 @@ double GridFamily::error_of(const std::vector<Level>& levels, double limit, cons
 /// sampling can do. 0 when jumps lie on grid lines.
 double GridFamily::sampling_error(const Nodes& nodes) const {
     OnGrid grid(sheet_, nodes, loads_.first(1), 0);
-    if (grid.problem.harmonic_x_n_m.size() != 0) return 0.0;
-    const Eigen::ArrayXXd own = grid.problem.rigidity_n_m;
+    const Problem own = grid.problem;
     const auto compliance = [&] {
         return answer_on(grid, loads_.first(1), {}, Method::cholesky, {}).m_per_n;
     };
     const double here = compliance();
     double worst = 0.0;
     for (const Extreme which : {Extreme::softest, Extreme::stiffest}) {
-        grid.problem.rigidity_n_m = beyond_jumps(sheet_, grid.lines, which);
-        if ((grid.problem.rigidity_n_m == own).all()) continue;
+        grid.problem.rigidity_n_m = beyond_jumps(sheet_, own, which);
+        const Mask same = grid.problem.rigidity_n_m == own.rigidity_n_m;
+        if (same.all()) continue;
+        if (own.harmonic_x_n_m.size() != 0) {
+            grid.problem.harmonic_x_n_m = same.select(own.harmonic_x_n_m, grid.problem.rigidity_n_m);
+            grid.problem.harmonic_z_n_m = same.select(own.harmonic_z_n_m, grid.problem.rigidity_n_m);
+        }
         worst = std::max(worst, std::fabs(compliance() / here - 1.0));
     }
     return worst;

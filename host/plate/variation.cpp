@@ -12,13 +12,11 @@ double ratio(double a, double b) {
     return a == b ? 1.0 : std::max(a / b, b / a);
 }
 
-/// D half a spacing beside a node if it jumps on the way there, else D at the node. Between two nodes of a
-/// smooth field the middle is near their geometric mean; beside a jump it is one of them.
-double across_jump(double here, double middle, double there) {
+/// Whether D jumps between two nodes, from its values just beside them and in the middle: the middle of a
+/// smooth field is near their geometric mean, beside a jump it is one of them.
+bool jumps(double here, double middle, double there) {
     const double step = std::fabs(std::log(there / here));
-    const bool jumps =
-        step > std::log(SMOOTH_STEP) && std::fabs(std::log(middle * middle / (here * there))) > 0.5 * step;
-    return jumps ? (std::fabs(std::log(middle / here)) > 0.5 * step ? middle : there) : here;
+    return step > std::log(SMOOTH_STEP) && std::fabs(std::log(middle * middle / (here * there))) > 0.5 * step;
 }
 
 }  // namespace
@@ -34,21 +32,23 @@ Variation::Variation(const Eigen::ArrayXXd& field) {
     }
 }
 
-Eigen::ArrayXXd beyond_jumps(const Sheet& sheet, const GridLines& lines, Extreme which) {
-    const auto near = [](const Eigen::ArrayXd& at_m, Index i, Index side) {
-        return at_m(std::clamp<Index>(i + side, 0, at_m.size() - 1));
-    };
-    Eigen::ArrayXXd extreme(lines.x_m.size(), lines.z_m.size());
+Eigen::ArrayXXd beyond_jumps(const Sheet& sheet, const Problem& on_grid, Extreme which) {
+    const GridLines lines(on_grid);
+    Eigen::ArrayXXd extreme = on_grid.rigidity_n_m;
+    const auto at = [&](double x_m, double z_m) { return sheet.rigidity_n_m(x_m, z_m); };
     for (Index iz = 0; iz < extreme.cols(); ++iz) {
         for (Index ix = 0; ix < extreme.rows(); ++ix) {
-            const double x = lines.x_m(ix), z = lines.z_m(iz), own = sheet.rigidity_n_m(x, z);
             double& d = extreme(ix, iz);
-            d = own;
             for (Index side = 0; side < 9; ++side) {
-                const double xs = near(lines.x_m, ix, side % 3 - 1), zs = near(lines.z_m, iz, side / 3 - 1);
-                const double other = across_jump(own, sheet.rigidity_n_m(0.5 * (x + xs), 0.5 * (z + zs)),
-                                                 sheet.rigidity_n_m(xs, zs));
-                d = which == Extreme::softest ? std::min(d, other) : std::max(d, other);
+                const Index dx = side % 3 - 1, dz = side / 3 - 1;
+                const Index jx = ix + dx, jz = iz + dz;
+                if (jx < 0 || jx >= extreme.rows() || jz < 0 || jz >= extreme.cols()) continue;
+                const double ex = BESIDE * sheet.size_m.x() * static_cast<double>(dx),
+                             ez = BESIDE * sheet.size_m.y() * static_cast<double>(dz);
+                const double x = lines.x_m(ix), z = lines.z_m(iz), xj = lines.x_m(jx), zj = lines.z_m(jz);
+                const double there = at(xj - ex, zj - ez);
+                if (!jumps(at(x + ex, z + ez), at(0.5 * (x + xj), 0.5 * (z + zj)), there)) continue;
+                d = which == Extreme::softest ? std::min(d, there) : std::max(d, there);
             }
         }
     }

@@ -19,8 +19,8 @@ struct Variation {
 
 enum class Extreme { softest, stiffest };
 
-/// The softest or stiffest D that each node can be said to have: its own or that beyond a jump beside it,
-/// half a spacing away in eight directions.
-[[nodiscard]] Eigen::ArrayXXd beyond_jumps(const Sheet& sheet, const GridLines& lines, Extreme which);
+/// The softest or stiffest D that each node can be said to have: its own or that beyond a jump on the way to
+/// one of its eight neighbours. Jumps on the grid lines themselves are no doubt: the laminate rule has them.
+[[nodiscard]] Eigen::ArrayXXd beyond_jumps(const Sheet& sheet, const Problem& on_grid, Extreme which);
 
 }  // namespace palpate::plate

@@ -2,6 +2,8 @@
 /// docs/PROTOCOL.md 5.
 #pragma once
 #include <cstddef>
+#include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -89,6 +91,8 @@ void write_events_csv(const std::filesystem::path& file, std::span<const pal_tic
 /// Words for fault bits, states and stops: "table-left", "enabled", "e-stop", "none".
 [[nodiscard]] std::string fault_words(std::uint32_t faults);
 [[nodiscard]] std::string state_word(std::uint32_t state);
+/// 2026-11-28T04:06:14Z, as documents write a time.
+[[nodiscard]] std::string utc_text(std::time_t unix_s);
 /// A hash as records and summaries write it: 16 hexadecimal digits.
 [[nodiscard]] std::string hash_text(std::uint64_t hash);
 [[nodiscard]] std::string stop_word(std::uint32_t stop);

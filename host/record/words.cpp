@@ -26,6 +26,14 @@ std::string fault_words(std::uint32_t faults) {
     return out.empty() ? "none" : out;
 }
 
+std::string utc_text(std::time_t unix_s) {
+    std::tm parts{};
+    gmtime_r(&unix_s, &parts);
+    std::array<char, 32> text{};
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text.data();
+}
+
 std::string hash_text(std::uint64_t hash) {
     std::array<char, 17> text{};
     std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);

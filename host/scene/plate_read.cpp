@@ -49,16 +49,10 @@ struct Value {
 
     template <class T>
     double number(const toml::node& from, const std::string& as) const {
-        double value = 0.0;
-        if (const auto* real = from.as_floating_point()) {
-            value = real->get();
-        } else if (const auto* whole = from.as_integer()) {
-            value = static_cast<double>(whole->get());
-        } else {
-            fail<T>(as, from, "is " + kind(from));
-        }
-        if (!key.range.holds(value)) fail<T>(as, from, "is " + number_text(value));
-        return value;
+        const std::optional<double> value = number_in(from);
+        if (!value) fail<T>(as, from, "is " + kind(from));
+        if (!key.range.holds(*value)) fail<T>(as, from, "is " + number_text(*value));
+        return *value;
     }
 
     template <class T>

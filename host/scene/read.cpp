@@ -46,6 +46,12 @@ void Source::fail(const std::string& name, const std::string& words) const {
     refuse(nearest.empty() ? place(name, 0) : nearest, words);
 }
 
+std::optional<double> number_in(const toml::node& node) {
+    if (const auto* real = node.as_floating_point()) return real->get();
+    if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
+    return std::nullopt;
+}
+
 std::string kind(const toml::node& node) {
     switch (node.type()) {
         case toml::node_type::table:
@@ -131,18 +137,11 @@ struct Value {
 
     template <class T>
     double number(const toml::node& from, const std::string& as) const {
-        double value = 0.0;
-        if (const auto* real = from.as_floating_point()) {
-            value = real->get();
-        } else if (const auto* whole = from.as_integer()) {
-            value = static_cast<double>(whole->get());
-        } else {
-            source.fail(as, from, as + " is " + kind(from) + expected<T>(key, false));
-        }
-        if (!key.range.holds(value)) {
-            source.fail(as, from, as + " is " + number_text(value) + expected<T>(key, true));
-        }
-        return value;
+        const std::optional<double> value = number_in(from);
+        if (!value) source.fail(as, from, as + " is " + kind(from) + expected<T>(key, false));
+        if (!key.range.holds(*value))
+            source.fail(as, from, as + " is " + number_text(*value) + expected<T>(key, true));
+        return *value;
     }
 
     void into(double& field) const { field = number<double>(node, name); }

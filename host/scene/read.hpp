@@ -1,6 +1,7 @@
 /// From TOML nodes to fields, by the table of keys; every refusal says where, what, and what would be right.
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct Source {
 
 /// "a string", "an integer", ...
 [[nodiscard]] std::string kind(const toml::node& node);
+/// A number, whole or not; nullopt for anything else.
+[[nodiscard]] std::optional<double> number_in(const toml::node& node);
 
 /// Refuses the first key of `table` (by line) that is not among `names`. `prefix` as shown ("change[1]."),
 /// `plain` as in the reference ("change.").

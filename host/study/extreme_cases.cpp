@@ -126,25 +126,14 @@ public:
     void bad_input() {
         constexpr double INF = std::numeric_limits<double>::infinity();
         for (const double value : {-0.5, std::numeric_limits<double>::quiet_NaN(), INF}) {
+            const std::string words = std::isfinite(value) ? number_text(value) : value > 0.0 ? "inf" : "NaN";
             plate::Problem problem = uniform();
             problem.rigidity_n_m(3, 5) = value;
-            add("bad-input",
-                "D = " +
-                    (std::isfinite(value) ? number_text(value)
-                     : value > 0.0        ? "inf"
-                                          : "NaN") +
-                    " at one node",
-                problem, Judge::refusal);
+            add("bad-input", "D = " + words + " at one node", problem, Judge::refusal);
             problem = uniform();
             problem.foundation_n_per_m3 = Eigen::ArrayXXd::Zero(n_, n_);
             problem.foundation_n_per_m3(3, 5) = value;
-            add("bad-input",
-                "k_f = " +
-                    (std::isfinite(value) ? number_text(value)
-                     : value > 0.0        ? "inf"
-                                          : "NaN") +
-                    " at one node",
-                problem, Judge::refusal);
+            add("bad-input", "k_f = " + words + " at one node", problem, Judge::refusal);
         }
         plate::Problem flat = uniform();
         flat.size_m.y() = 0.0;

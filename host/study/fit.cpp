@@ -8,7 +8,7 @@
 namespace palpate::study {
 
 std::optional<PowerLaw> power_law(std::span<const double> x, std::span<const double> y) {
-    if (x.size() != y.size() || x.size() < 2) return std::nullopt;
+    if (x.size() != y.size() || x.size() < 3) return std::nullopt;
     const auto positive = [](double v) { return v > 0.0 && std::isfinite(v); };
     if (!std::all_of(x.begin(), x.end(), positive) || !std::all_of(y.begin(), y.end(), positive))
         return std::nullopt;

@@ -10,10 +10,10 @@ namespace palpate::study {
 /// y = factor x^exponent.
 struct PowerLaw {
     double factor, exponent;
-    double exponent_error;  ///< standard error, from the scatter; 0 for two points
+    double exponent_error;  ///< standard error, from the scatter
 };
-/// Least squares of log y on log x. nullopt for fewer than two points, x that are all alike, or a value that
-/// is not positive.
+/// Least squares of log y on log x. nullopt for fewer than three points, which show no scatter, x that are
+/// all alike, or a value that is not positive.
 [[nodiscard]] std::optional<PowerLaw> power_law(std::span<const double> x, std::span<const double> y);
 
 struct Trade {

@@ -198,7 +198,7 @@ Json results_json(const Json& about, std::span<const PlateRow> rows) {
         if (cost.law) {
             line["exponent_standard_error"] = cost.law->exponent_error;
         } else {
-            line["exponent_why"] = "fewer than two grids were solved in the time given";
+            line["exponent_why"] = "fewer than three grids were solved in the time given";
         }
         json["cost"].push_back(line);
     }

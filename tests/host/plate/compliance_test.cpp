@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "host/plate/variation.hpp"
 #include "tests/host/plate/fields.hpp"
 
 namespace palpate::plate {
@@ -12,14 +13,7 @@ namespace {
 using Catch::Matchers::Contains;
 using Eigen::Index;
 using fields::one;
-
-Sheet unit_sheet(Field rigidity, double poisson = 0.2) {
-    Sheet sheet;
-    sheet.size_m = {1.0, 1.0};
-    sheet.rigidity_n_m = std::move(rigidity);
-    sheet.poisson = poisson;
-    return sheet;
-}
+using fields::unit_sheet;
 
 Compliance solved(const Sheet& sheet, const Load& load, Index nodes, Method method = Method::cholesky,
                   const Wanted& wanted = {}) {
@@ -182,6 +176,25 @@ TEST_CASE(
     const Compliance impossible = compliance(hill, {17, 17}, std::array{load}, {.tolerance = 1e-9});
     CHECK(impossible.relative_error > 1e-9);
     CHECK_THAT(impossible.why, Contains("above the tolerance"));
+}
+
+TEST_CASE("the error told covers jumps on grid lines, between them, and both at once") {
+    const auto blocks = [](double x_jump, double z_jump) {
+        return unit_sheet(
+            [=](double x, double z) { return (x < x_jump ? 1.0 : 6.0) * (z < z_jump ? 1.0 : 0.1); });
+    };
+    const Sheet sheet = blocks(GENERATE(as<double>{}, 0.5, 0.53), GENERATE(as<double>{}, 0.625, 0.4, 0.47));
+    for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.25, 0.5), Eigen::Vector2d(0.31, 0.43)}) {
+        CAPTURE(at.transpose());
+        const Compliance coarse = solved(sheet, {.at_m = at}, 33), fine = solved(sheet, {.at_m = at}, 129);
+        CHECK(std::fabs(coarse.m_per_n - fine.m_per_n) <=
+              coarse.relative_error * coarse.m_per_n + fine.relative_error * fine.m_per_n);
+    }
+    const Problem partly = on_grid(blocks(0.5, 0.4), 33, 33);
+    REQUIRE(partly.harmonic_x_n_m.size() != 0);
+    CHECK((beyond_jumps(blocks(0.5, 0.4), partly, Extreme::softest) != partly.rigidity_n_m).any());
+    const Problem wholly = on_grid(blocks(0.5, 0.625), 33, 33);
+    CHECK((beyond_jumps(blocks(0.5, 0.625), wholly, Extreme::stiffest) == wholly.rigidity_n_m).all());
 }
 
 TEST_CASE("one grid alone is told to be as wrong as it is") {

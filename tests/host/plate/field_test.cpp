@@ -13,14 +13,7 @@ namespace {
 using Catch::Matchers::Contains;
 using Eigen::Index;
 using fields::one;
-
-Sheet unit_sheet(Field rigidity, double poisson = 0.2) {
-    Sheet sheet;
-    sheet.size_m = {1.0, 1.0};
-    sheet.rigidity_n_m = std::move(rigidity);
-    sheet.poisson = poisson;
-    return sheet;
-}
+using fields::unit_sheet;
 
 TEST_CASE("a sampled field is itself at its own places, and linear or nearest between them") {
     Eigen::ArrayXXd values(3, 2);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "host/plate/field.hpp"
 #include "host/plate/plate.hpp"
 
 namespace palpate::plate::fields {
@@ -29,6 +30,15 @@ template <typename Function>
     problem.size_m = {1.0, 1.0};
     problem.rigidity_n_m = sampled(n, std::move(rigidity));
     return problem;
+}
+
+/// The same, on no grid yet.
+[[nodiscard]] inline Sheet unit_sheet(Field rigidity, double poisson = 0.2) {
+    Sheet sheet;
+    sheet.size_m = {1.0, 1.0};
+    sheet.rigidity_n_m = std::move(rigidity);
+    sheet.poisson = poisson;
+    return sheet;
 }
 
 /// A uniform foundation that makes side/l = side_over_l where D = 1 on a unit square.
