@@ -23,8 +23,6 @@ std::string summary(const ExtremeRow& row, std::vector<std::string>& notes) {
     switch (row.finding) {
         case Finding::holds:
             return number_text(row.error, 2);
-        case Finding::no_claim:
-            return "(" + number_text(row.error, 2) + ")";
         case Finding::status:
             return row.words;
         case Finding::refused:

@@ -17,14 +17,13 @@ struct ExtremeStudy {
 };
 
 enum class Finding {
-    holds,     ///< within the error that the method states
-    refused,   ///< the problem was refused in words
-    guarded,   ///< a guard took the number back
-    status,    ///< not-converged or diverged, and it says so
-    no_claim,  ///< a baseline that states no error; the number may be anything
-    silent     ///< a wrong number, and nothing said
+    holds,    ///< within the error that the method states
+    refused,  ///< the problem was refused in words
+    guarded,  ///< a guard took the number back
+    status,   ///< not-converged or diverged, and it says so
+    silent    ///< a wrong number, and nothing said
 };
-/// `holds refused guarded status no-claim silent`
+/// `holds refused guarded status silent`
 [[nodiscard]] const char* name_of(Finding finding);
 
 struct ExtremeRow {

@@ -1,5 +1,10 @@
 #include "host/plate/iterative/eq7.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
 #include <vector>
 
 #include "host/plate/iterative/exchange.hpp"
@@ -11,7 +16,9 @@ using Eigen::ArrayXXd;
 using Eigen::Index;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-constexpr double RESIDUAL_MAX = 1e-7;  ///< as of Plate
+constexpr double RESIDUAL_MAX = 1e-7;    ///< as of Plate
+constexpr double STEP_MAX = 1.8;         ///< of D from a node to its eight neighbours
+constexpr double ENERGY_GAP_MAX = 0.02;  ///< of the energy form's strain energy from the forces' work
 
 const Problem& solvable(const Problem& problem) {
     const auto refuse = [](const std::string& words) { throw std::invalid_argument("eq7: " + words); };
@@ -25,6 +32,23 @@ const Problem& solvable(const Problem& problem) {
     if (problem.solid.size() != 0) refuse("there must be plate everywhere");
     if (problem.harmonic_x_n_m.size() != 0) refuse("no rule for jumps of D on grid lines");
     return problem;
+}
+
+/// Largest ratio of D between a node and one of its eight neighbours.
+double step_of(const ArrayXXd& d) {
+    double most = 1.0;
+    const auto take = [&](double a, double b) { most = std::max({most, a / b, b / a}); };
+    for (Index iz = 0; iz < d.cols(); ++iz) {
+        for (Index ix = 0; ix < d.rows(); ++ix) {
+            const bool right = ix + 1 < d.rows(), up = iz + 1 < d.cols();
+            if (right) take(d(ix, iz), d(ix + 1, iz));
+            if (up) take(d(ix, iz), d(ix, iz + 1));
+            if (!right || !up) continue;
+            take(d(ix, iz), d(ix + 1, iz + 1));
+            take(d(ix + 1, iz), d(ix, iz + 1));
+        }
+    }
+    return most;
 }
 
 /// One row of the matrix in the making: the equation at one node.
@@ -104,6 +128,7 @@ void Eq7::set_rigidity(const Eigen::Ref<const ArrayXXd>& rigidity_n_m) {
 void Eq7::factorise(const Eigen::Ref<const ArrayXXd>& rigidity_n_m) {
     const Index nx = rigidity_n_m.rows(), nz = rigidity_n_m.cols();
     const ArrayXXd d = rigidity_n_m / rigidity_n_m.maxCoeff();
+    step_max_ = step_of(d);
     const double area_m2 = step_.x() * step_.y() * stencil_.side_m() * stencil_.side_m();
     Triplets entries;
     for (Index j = 1; j + 1 < nz; ++j) {
@@ -126,6 +151,22 @@ void Eq7::require_factor() const {
     if (lu_.info() != Eigen::Success) throw Guard("eq7: the matrix is singular");
 }
 
+/// Neither test alone tells: a stiff wrong answer may have the energy of its own work.
+void Eq7::require_trust(const std::vector<double>& x, const std::vector<double>& f) const {
+    std::vector<double> kx(x.size(), 0.0);
+    stencil_.apply(x.data(), kx.data());
+    const double work = std::inner_product(x.begin(), x.end(), f.begin(), 0.0);
+    const double gap = std::fabs(std::inner_product(x.begin(), x.end(), kx.begin(), 0.0) / work - 1.0);
+    if (work == 0.0 || (step_max_ <= STEP_MAX && gap <= ENERGY_GAP_MAX)) return;
+    std::array<char, 200> words;
+    std::snprintf(
+        words.data(), words.size(),
+        "eq7 cannot be trusted: D changes %.3g-fold between neighbours (at most %.3g), strain energy "
+        "%.3g %% off (at most %.3g %%); the work of the forces is %.9g",
+        step_max_, STEP_MAX, 100.0 * gap, 100.0 * ENERGY_GAP_MAX, work * stencil_.compliance_m_per_n());
+    throw Guard(words.data());
+}
+
 Report Eq7::solve(std::span<const double> force_n, std::span<double> deflection_m) const {
     require_factor();
     const Layout& layout = stencil_.layout();
@@ -146,6 +187,7 @@ Report Eq7::solve(std::span<const double> force_n, std::span<double> deflection_
         f_max == 0.0 ? 0.0 : largest({off.data(), static_cast<std::size_t>(off.size())}) / f_max};
     if (!(report.residual <= RESIDUAL_MAX)) throw Guard("eq7: the solution leaves a residual above 1e-7");
     require_work(stencil_, x.data(), f.data(), name_of(Method::eq7));
+    require_trust(x, f);
     take_deflection(stencil_, x.data(), deflection_m);
     return report;
 }

@@ -14,19 +14,21 @@ using Catch::Matchers::Contains;
 using Eigen::Index;
 using namespace fields;
 
-constexpr const char* NEGATIVE = "eq7 gives a negative compliance: the work of the forces is ";
+constexpr const char* NEGATIVE = "eq7 gives a negative compliance: ";
+constexpr const char* UNTRUSTED = "eq7 cannot be trusted: ";
 
-/// Deflection under 1 N at the centre; negative ones from the words in which they are refused.
-double centre_compliance(const Problem& problem) {
+/// Deflection under 1 N at the centre, from the words in which eq. 7 refuses to give it.
+double refused_compliance(const Problem& problem) {
     const std::vector<double> force_n = forces::at_centre(problem);
+    std::string words;
     try {
-        return forces::solve(Method::eq7, problem, force_n).deflection_m[force_n.size() / 2];
+        (void)forces::solve(Method::eq7, problem, force_n);
     } catch (const Guard& guard) {
-        const std::string words = guard.what();
-        const std::string known = NEGATIVE;
-        REQUIRE(words.substr(0, known.size()) == known);
-        return std::stod(words.substr(known.size()));
+        words = guard.what();
     }
+    REQUIRE_THAT(words, Catch::Matchers::StartsWith(NEGATIVE) || Catch::Matchers::StartsWith(UNTRUSTED));
+    const std::string known = "the work of the forces is ";
+    return std::stod(words.substr(words.find(known) + known.size()));
 }
 
 Problem centre_node(Index n, double rigidity_n_m) {
@@ -44,7 +46,8 @@ Problem disc(Index n, double rigidity_n_m) {
         n, [=](double x, double z) { return std::hypot(x - 0.5, z - 0.5) <= 0.15 ? rigidity_n_m : 1.0; });
 }
 
-TEST_CASE("eq. 7 gives the compliances that are known to be wrong, by any factor and of either sign") {
+TEST_CASE(
+    "eq. 7 has compliances that are known to be wrong, by any factor and of either sign, and refuses them") {
     struct Known {
         const char* name;
         Problem problem;
@@ -60,7 +63,7 @@ TEST_CASE("eq. 7 gives the compliances that are known to be wrong, by any factor
         {"disc 0.2", disc(17, 0.2), -1.22e-2}};
     for (const Known& k : known) {
         CAPTURE(k.name, k.problem.rigidity_n_m.rows());
-        CHECK(centre_compliance(k.problem) == Approx(k.compliance).epsilon(6e-3));
+        CHECK(refused_compliance(k.problem) == Approx(k.compliance).epsilon(6e-3));
     }
 }
 
