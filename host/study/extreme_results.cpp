@@ -61,7 +61,7 @@ Json extreme_json(const Json& about, std::span<const ExtremeRow> rows) {
     Json json = about;
     json["silent"] = count_silent(rows);
     json["null_why"] =
-        "no number: refused, guarded or not solved; no stated error: a baseline; no grid error: "
+        "no number: refused, guarded or not solved; no stated error: no number; no grid error: "
         "the continuum is not known";
     json["rows"] = Json::array();
     for (const ExtremeRow& row : rows) {
