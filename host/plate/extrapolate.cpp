@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "host/plate/coarser.hpp"
 #include "host/plate/plate.hpp"
 #include "host/plate/uniform/uniform.hpp"
 
@@ -11,35 +12,6 @@ namespace {
 using Eigen::Index;
 
 constexpr double TABLE_ERROR = 1e-6;  ///< of the uniform plate's values, with a margin
-
-/// Every second node of an array, which may be empty.
-template <typename Array>
-Array thinned(const Array& field) {
-    Array coarse((field.rows() + 1) / 2, (field.cols() + 1) / 2);
-    for (Index ix = 0; ix < coarse.rows(); ++ix) {
-        for (Index iz = 0; iz < coarse.cols(); ++iz) coarse(ix, iz) = field(2 * ix, 2 * iz);
-    }
-    return coarse;
-}
-
-Eigen::ArrayXd thinned_lines(const Eigen::ArrayXd& lines) {
-    Eigen::ArrayXd coarse((lines.size() + 1) / 2);
-    for (Index i = 0; i < coarse.size(); ++i) coarse(i) = lines(2 * i);
-    return coarse;
-}
-
-Problem thinned_problem(const Problem& fine) {
-    Problem coarse = fine;
-    coarse.rigidity_n_m = thinned(fine.rigidity_n_m);
-    coarse.foundation_n_per_m3 = thinned(fine.foundation_n_per_m3);
-    coarse.poisson_at_nodes = thinned(fine.poisson_at_nodes);
-    coarse.harmonic_x_n_m = thinned(fine.harmonic_x_n_m);
-    coarse.harmonic_z_n_m = thinned(fine.harmonic_z_n_m);
-    coarse.solid = thinned(fine.solid);
-    coarse.lines_x_m = thinned_lines(fine.lines_x_m);
-    coarse.lines_z_m = thinned_lines(fine.lines_z_m);
-    return coarse;
-}
 
 /// Half the distance between a line's neighbours: the spacing there.
 double spacing_m(const Eigen::ArrayXd& lines_m, Index n, double length_m, Index i) {
@@ -77,18 +49,6 @@ double richardson(double on_fine, double on_coarse) {
     return (4.0 * on_fine - on_coarse) / 3.0;
 }
 
-/// More than a factor of 2 between neighbours: the order of the method is lost (MATH.md eq. 10).
-bool has_jump(const Eigen::ArrayXXd& rigidity) {
-    const auto jumps = [](double a, double b) { return a > 2.0 * b || b > 2.0 * a; };
-    for (Index ix = 0; ix < rigidity.rows(); ++ix) {
-        for (Index iz = 0; iz < rigidity.cols(); ++iz) {
-            if (ix > 0 && jumps(rigidity(ix, iz), rigidity(ix - 1, iz))) return true;
-            if (iz > 0 && jumps(rigidity(ix, iz), rigidity(ix, iz - 1))) return true;
-        }
-    }
-    return false;
-}
-
 /// What a count or the load's place in it must be for another, coarser grid: 4 m + 1 nodes, an even line.
 bool halves(Index n, Index line) {
     return n >= 9 && n % 4 == 1 && line % 2 == 0;
@@ -118,7 +78,7 @@ double local_grid_error_m_per_n(const Problem& problem, const Node& load) {
 
 Estimate extrapolated_compliance(const Problem& fine, const Node& load) {
     require_grid(fine, load);
-    const Problem coarse = thinned_problem(fine);
+    const Problem coarse = every_second_node(fine);
     const Node half{load.ix / 2, load.iz / 2};
     const double on_fine = corrected(fine, load);
     const double on_coarse = corrected(coarse, half);
@@ -132,7 +92,7 @@ Estimate extrapolated_compliance(const Problem& fine, const Node& load) {
         halves(coarse.rigidity_n_m.rows(), half.ix) && halves(coarse.rigidity_n_m.cols(), half.iz);
     if (third_grid && !has_jump(fine.rigidity_n_m)) {
         const Node quarter{half.ix / 2, half.iz / 2};
-        const double on_coarsest = corrected(thinned_problem(coarse), quarter);
+        const double on_coarsest = corrected(every_second_node(coarse), quarter);
         error = std::max(std::fabs(result - richardson(on_coarse, on_coarsest)) / 4.0, step / 16.0);
     }
     return {result, error / result + TABLE_ERROR};

@@ -71,16 +71,15 @@ void error_and_time(benchmark::State& state, Index n, double (*compliance)(const
         [&](std::size_t) { benchmark::DoNotOptimize(compliance(problem)); });
 }
 
-/// A table's 17 x 17 compliances from new D on two grids.
+/// A table's 17 x 17 compliances from new D.
 void table(benchmark::State& state, Index n, plate::Kernel kernel) {
-    const Problem fine = hill_on_foundation(n), coarse = hill_on_foundation((n + 1) / 2);
-    plate::Plate on_fine(fine, kernel), on_coarse(coarse, kernel);
+    const Problem problem = hill_on_foundation(n);
+    plate::ContactTable contacts(problem, 17, kernel);
     measure(
         state, Clock::cpu, 1, [](std::size_t) {},
         [&](std::size_t) {
-            on_fine.set_rigidity(fine.rigidity_n_m);
-            on_coarse.set_rigidity(coarse.rigidity_n_m);
-            benchmark::DoNotOptimize(plate::contact_compliances_m_per_n(fine, on_fine, on_coarse, 17));
+            contacts.set_rigidity(problem.rigidity_n_m);
+            benchmark::DoNotOptimize(contacts.compliances_m_per_n());
         });
 }
 
@@ -125,8 +124,8 @@ void register_plate() {
     for (const auto& [name, kernel] :
          {std::pair{"portable", plate::Kernel::portable}, {"best", plate::Kernel::best}}) {
         for (const Index n : {33, 65}) {
-            add("plate/17 x 17 contacts from " + std::to_string((n + 1) / 2) + " + " + std::to_string(n) +
-                    ", " + name,
+            add("plate/17 x 17 contacts from " + std::to_string((n + 1) / 2) + " + " +
+                    std::to_string((n - 1) / 4 * 3 + 1) + " + " + std::to_string(n) + ", " + name,
                 n > 33 ? 20 : 100, [n, k = kernel](benchmark::State& state) { table(state, n, k); });
         }
         add(std::string("plate/a batch at 33, ") + name, 50,

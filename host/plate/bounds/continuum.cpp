@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "host/plate/coarser.hpp"
+
 namespace palpate::plate {
 namespace {
 
@@ -20,26 +22,12 @@ std::span<const double> span_of(const ArrayXXd& field) {
     return {field.data(), static_cast<std::size_t>(field.size())};
 }
 
-ArrayXXd thinned(const ArrayXXd& field) {
-    if (field.size() == 0) return field;
-    return field(Eigen::seq(0, Eigen::indexing::last, 2), Eigen::seq(0, Eigen::indexing::last, 2));
-}
-
-Eigen::ArrayXd thinned_lines(const Eigen::ArrayXd& lines) {
-    if (lines.size() == 0) return lines;
-    return lines(Eigen::seq(0, Eigen::indexing::last, 2));
-}
-
+/// The problem on every second node; plates with jumps along lines or holes have no certificate.
 Problem thinned_problem(const Problem& fine) {
-    Problem coarse = fine;
-    coarse.rigidity_n_m = thinned(fine.rigidity_n_m);
-    coarse.foundation_n_per_m3 = thinned(fine.foundation_n_per_m3);
-    coarse.poisson_at_nodes = thinned(fine.poisson_at_nodes);
+    Problem coarse = every_second_node(fine);
     coarse.harmonic_x_n_m.resize(0, 0);
     coarse.harmonic_z_n_m.resize(0, 0);
     coarse.solid.resize(0, 0);
-    coarse.lines_x_m = thinned_lines(fine.lines_x_m);
-    coarse.lines_z_m = thinned_lines(fine.lines_z_m);
     return coarse;
 }
 
