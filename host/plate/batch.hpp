@@ -9,7 +9,8 @@
 
 namespace palpate::plate {
 
-/// The constructor allocates, nothing else does.
+/// The constructor allocates, nothing else does. On 33 x 33 nodes a plate of four or more costs less than
+/// half of what Plate takes from a new D to the centre's compliance.
 class Batch {
 public:
     /// All but D is the problem's: edges, grid lines, Poisson's ratio, foundation, mask. No jumps of D on

@@ -9,7 +9,6 @@ namespace {
 using Eigen::Index;
 
 constexpr auto PAD = static_cast<std::size_t>(Layout::PADDING);
-constexpr double FREE_EDGE = 1e-6;  ///< of the largest D, where there is no plate (MATH.md section 9)
 
 std::size_t size(Index n) {
     return static_cast<std::size_t>(n);

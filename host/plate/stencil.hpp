@@ -10,6 +10,9 @@
 
 namespace palpate::plate {
 
+/// Of the largest D: what stands where there is no plate, so that its rim is free (MATH.md section 9).
+inline constexpr double FREE_EDGE = 1e-6;
+
 /// Nodes [x0, x1) x [z0, z1): those that can move. Nodes on clamped and supported edges cannot.
 struct Moving {
     Eigen::Index x0, x1, z0, z1;

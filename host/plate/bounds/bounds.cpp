@@ -70,12 +70,14 @@ struct Bounds::Scratch::Impl {
 
 struct Bounds::Impl {
     bounds::Setting setting;
+    const bounds::SumKernels& sums;
     bool with_foundation;
     double side_m;                ///< along x
     std::vector<Member> members;  ///< bare, then foundations growing; bare, first and every few an anchor
 
-    Impl(const Problem& problem, std::span<const double> force, const Foundations& foundations)
+    Impl(const Problem& problem, std::span<const double> force, const Foundations& foundations, Kernel kernel)
         : setting(problem, force),
+          sums(bounds::sum_kernels_for(kernel)),
           with_foundation(problem.foundation_n_per_m3.size() != 0),
           side_m(problem.size_m.x()) {
         const double shorter = std::min(1.0, problem.size_m.y() / problem.size_m.x());
@@ -129,7 +131,7 @@ Weights Bounds::Impl::weights(std::span<const double> d, std::span<const double>
         throw std::invalid_argument("rigidity and foundation need one value per node");
     if (!k.empty() && !with_foundation)
         throw std::invalid_argument("these bounds were made for plates without a foundation");
-    auto ends = bounds::invert(d.data(), d.size(), scratch.inverse_d.data());
+    auto ends = sums.invert(d.data(), d.size(), scratch.inverse_d.data());
     if (!(ends.finite && ends.least >= std::numeric_limits<double>::min()))
         throw std::invalid_argument("rigidity must be positive and finite at every node");
     scratch.scale = 1.0;
@@ -137,13 +139,13 @@ Weights Bounds::Impl::weights(std::span<const double> d, std::span<const double>
         scratch.scale = std::ldexp(1.0, -std::ilogb(ends.most));  // a power of two: exact
         for (std::size_t i = 0; i < d.size(); ++i) scratch.d[i] = d[i] * scratch.scale;
         d = scratch.d;
-        ends = bounds::invert(d.data(), d.size(), scratch.inverse_d.data());
+        ends = sums.invert(d.data(), d.size(), scratch.inverse_d.data());
     }
-    Weights weights{d, scratch.inverse_d, {}, {}, ends.least, ends.most, 0.0, 0.0};
+    Weights weights{d, scratch.inverse_d, {}, {}, ends.least, ends.most, 0.0, 0.0, &sums};
     if (k.empty()) return weights;
     const double side4 = squared(squared(side_m));
-    for (std::size_t i = 0; i < k.size(); ++i) scratch.k[i] = k[i] * scratch.scale * side4;
-    const auto k_ends = bounds::invert(scratch.k.data(), k.size(), scratch.inverse_k.data());
+    const auto k_ends = sums.scale_and_invert(k.data(), k.size(), scratch.scale, side4, scratch.k.data(),
+                                              scratch.inverse_k.data());
     if (!(k_ends.finite && k_ends.least >= 0.0))
         throw std::invalid_argument("foundation must be finite and not negative at every node");
     if (!(k_ends.most > 0.0)) return weights;
@@ -231,16 +233,17 @@ std::optional<std::string> Bounds::none_because(const Problem& problem) {
     return std::nullopt;
 }
 
-Bounds::Bounds(const Problem& grid_of, std::span<const double> force_n)
-    : Bounds(grid_of, force_n, Foundations{}) {}
+Bounds::Bounds(const Problem& grid_of, std::span<const double> force_n, Kernel kernel)
+    : Bounds(grid_of, force_n, Foundations{}, kernel) {}
 
-Bounds::Bounds(const Problem& grid_of, std::span<const double> force_n, const Foundations& foundations) {
+Bounds::Bounds(const Problem& grid_of, std::span<const double> force_n, const Foundations& foundations,
+               Kernel kernel) {
     if (const auto words = none_because(grid_of)) throw std::invalid_argument(*words);
     if (!(foundations.ratio > 1.0 && foundations.first > 0.0 && foundations.last >= foundations.first &&
           foundations.last < 1e4))
         throw std::invalid_argument("foundations must grow by a ratio above 1, from above 0 to below 1e4");
     require_load(grid_of, force_n);
-    impl_ = std::make_unique<Impl>(grid_of, force_n, foundations);
+    impl_ = std::make_unique<Impl>(grid_of, force_n, foundations, kernel);
 }
 
 Bounds::~Bounds() = default;
@@ -257,6 +260,10 @@ Bracket Bounds::bracket(std::span<const double> rigidity_n_m, std::span<const do
     const Range range = impl_->climb(scratch.impl_->weights, climb, *scratch.impl_);
     const double m2 = squared(impl_->side_m) * scratch.impl_->scale, slack = 4.0 * bounds::EPSILON;
     return {range.lower * m2 * (1.0 - slack), range.upper * m2 * (1.0 + slack), scratch.impl_->rung};
+}
+
+const char* Bounds::kernel() const {
+    return impl_->sums.name;
 }
 
 std::vector<Bounds::Uniform> Bounds::uniforms() const {

@@ -4,23 +4,21 @@
 #include <cmath>
 #include <limits>
 
-#include "host/plate/bounds/kernels.hpp"
-
 namespace palpate::plate::bounds {
 namespace {
 
 constexpr double EPSILON = std::numeric_limits<double>::epsilon();  ///< twice the rounding error
 constexpr double STRAIN_OPERATIONS = 32;  ///< roundings in B and between w and a strain, at most
 
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-    return bounds::dot(a.data(), b.data(), a.size());
-}
-
-double weighted_square(const std::vector<double>& a, const std::vector<double>& weight) {
-    return bounds::weighted_square(a.data(), weight.data(), a.size());
-}
-
 }  // namespace
+
+double Krylov::dot(const Vector& a, const Vector& b) const {
+    return sums_->dot(a.data(), b.data(), a.size());
+}
+
+double Krylov::weighted_square(const Vector& a, const Vector& weight) const {
+    return sums_->weighted_square(a.data(), weight.data(), a.size());
+}
 
 Krylov::Krylov(const Setting& setting)
     : setting_(&setting), strains_(setting.unit), row_sums_(strains_.row_sums()) {
@@ -59,6 +57,7 @@ void Krylov::set_weights(const Weights& weights) {
 void Krylov::start(const Member& below, const Member& above, const Weights& weights) {
     below_ = &below;
     above_ = &above;
+    sums_ = weights.sums;
     set_weights(weights);
     least_ratio_ = above.k0 > 0.0 ? std::min(weights.d_least, weights.k_least / above.k0) : weights.d_least;
     std::fill(deflection_.begin(), deflection_.end(), 0.0);
@@ -152,7 +151,7 @@ double Krylov::upper() {
     double seen = 0.0;
     for (std::size_t i = 0; i < product_.size(); ++i)
         seen += (product_[i] - force_[i]) * (product_[i] - force_[i]);
-    const double hidden = weighted_magnitude(stress_.data(), row_sums_.data(), stress_.size());
+    const double hidden = sums_->weighted_magnitude(stress_.data(), row_sums_.data(), stress_.size());
     // |r|/sqrt(lambda_1 d_least) is at least (r'K^-1 r)^1/2, by which r can lengthen the load.
     const double imbalance = (std::sqrt(seen) + STRAIN_OPERATIONS * EPSILON * hidden) /
                              std::sqrt(setting_->least_eigenvalue * least_ratio_);

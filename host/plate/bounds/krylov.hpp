@@ -34,6 +34,8 @@ private:
     void step_above();
     void move_below();
     void solve(const Plate& plate, const Vector& force, Vector& deflection);
+    [[nodiscard]] double dot(const Vector& a, const Vector& b) const;
+    [[nodiscard]] double weighted_square(const Vector& a, const Vector& weight) const;
 
     const Setting* setting_;
     Strains<double> strains_;
@@ -45,6 +47,7 @@ private:
     Vector nodes_force_, nodes_deflection_;
     const Member* below_ = nullptr;
     const Member* above_ = nullptr;
+    const SumKernels* sums_ = nullptr;  ///< the question's
     double below_energy_ = 0.0, above_energy_ = 0.0, least_ratio_ = 0.0;
     bool above_begun_ = false;
 };

@@ -31,13 +31,14 @@ double least_ratio(const Member& member, const Weights& w) {
     return member.k0 > 0.0 ? std::min(w.d_least, w.k_least / member.k0) : w.d_least;
 }
 
-Quadratic form(std::size_t n_modes, const std::vector<double>& of_d, std::span<const double> d,
-               const std::vector<double>& of_k, std::span<const double> k, bool foundation) {
+Quadratic form(const SumKernels& sums, std::size_t n_modes, const std::vector<double>& of_d,
+               std::span<const double> d, const std::vector<double>& of_k, std::span<const double> k,
+               bool foundation) {
     Quadratic form{n_modes, {}};
-    dot_rows(of_d.data(), n_pairs(n_modes), d.data(), d.size(), form.pairs.data());
+    sums.dot_rows(of_d.data(), n_pairs(n_modes), d.data(), d.size(), form.pairs.data());
     if (!foundation) return form;
     std::array<double, n_pairs(N_MODES_MAX)> reactions{};
-    dot_rows(of_k.data(), n_pairs(n_modes), k.data(), k.size(), reactions.data());
+    sums.dot_rows(of_k.data(), n_pairs(n_modes), k.data(), k.size(), reactions.data());
     for (std::size_t i = 0; i < n_pairs(n_modes); ++i) form.pairs[i] += reactions[i];
     return form;
 }
@@ -46,8 +47,14 @@ Quadratic form(std::size_t n_modes, const std::vector<double>& of_d, std::span<c
 
 Energies energies(const Member& member, const Weights& w) {
     const std::size_t n = w.d.size();
-    return {dot(member.bending.data(), w.d.data(), n),
-            w.k.empty() ? 0.0 : dot(member.foundation.data(), w.k.data(), n)};
+    const Pair bending = w.sums->dot_both(member.bending.data(), w.d.data(), w.inverse_d.data(), n);
+    Pair foundation{0.0, 0.0};
+    if (member.k0 > 0.0 && w.k_least > 0.0) {
+        foundation = w.sums->dot_both(member.foundation.data(), w.k.data(), w.inverse_k.data(), n);
+    } else if (!w.k.empty()) {
+        foundation.first = w.sums->dot(member.foundation.data(), w.k.data(), n);
+    }
+    return {bending.first, foundation.first, bending.second, foundation.second};
 }
 
 bool can_bound_above(const Member& member, const Weights& w) {
@@ -60,10 +67,8 @@ void uniform_rung(const Member& member, const Weights& w, const Energies& energy
     const double lower = member.work * (member.work / most) * (1.0 - 4.0 * EPSILON);
     double upper = std::numeric_limits<double>::infinity();
     if (can_bound_above(member, w)) {
-        upper = dot(member.bending.data(), w.inverse_d.data(), w.d.size());
-        if (member.k0 > 0.0) {
-            upper += squared(member.k0) * dot(member.foundation.data(), w.inverse_k.data(), w.k.size());
-        }
+        upper = energy.stress_bending;
+        if (member.k0 > 0.0) upper += squared(member.k0) * energy.stress_foundation;
         upper = with_imbalance(upper * (1.0 + margin), member.imbalance, least_ratio(member, w));
     }
     range.meet(lower, upper);
@@ -82,7 +87,7 @@ void extremes_rung(const Member& member, const Weights& w, Range& range) {
 
 void modes_lower_rung(const Member& member, const Weights& w, Range& range) {
     const Modes& modes = member.modes;
-    const auto energy = form(modes.n, modes.strain_d, w.d, modes.strain_k, w.k, !w.k.empty());
+    const auto energy = form(*w.sums, modes.n, modes.strain_d, w.d, modes.strain_k, w.k, !w.k.empty());
     const Coefficients y = energy.solve(modes.work, 0);
     double work = 0.0, magnitude = 0.0, slip = 0.0;
     for (std::size_t i = 0; i < modes.n; ++i) {
@@ -102,7 +107,7 @@ void modes_upper_rung(const Member& member, const Weights& w, Range& range) {
     if (!can_bound_above(member, w)) return;
     const Modes& modes = member.modes;
     const auto energy =
-        form(modes.n, modes.stress_d, w.inverse_d, modes.stress_k, w.inverse_k, member.k0 > 0.0);
+        form(*w.sums, modes.n, modes.stress_d, w.inverse_d, modes.stress_k, w.inverse_k, member.k0 > 0.0);
     Coefficients slope{};
     for (std::size_t i = 1; i < modes.n; ++i) slope[i] = -energy.at(0, i);
     Coefficients y = energy.solve(slope, 1);

@@ -19,9 +19,10 @@ struct Range {
     }
 };
 
-/// Energies of a member's deflection under D and k_f.
+/// Energies of a member's deflection under D and k_f, and of its stress, over k0^2 where that is k0's.
 struct Energies {
     double bending, foundation;
+    double stress_bending, stress_foundation;  ///< the latter 0 unless can_bound_above
 };
 [[nodiscard]] Energies energies(const Member& member, const Weights& weights);
 

@@ -33,25 +33,27 @@ struct FrontView {
 /// such numbers, pivots first, without empty slots.
 struct BatchChild {
     const double* update;
-    std::size_t n_border;
-    const std::uint32_t* row;  ///< by the parent's rows: the child's there; -1: none
+    const std::uint32_t* row;     ///< by the parent's rows: the child's there, or its row of zeros
+    const std::uint32_t* column;  ///< by the parent's rows: from `update` to the child's column; -1: none
 };
 struct BatchFront {
     double* panel;
-    double* update;
-    std::size_t n_pivots, n_rows;
-    std::size_t n_entries;
-    const std::uint32_t *source, *target;  ///< of K's entries: in a patch's couplings, in the panel
-    const double* zeros;                   ///< one number of each patch
-    const std::uint32_t* diagonal;         ///< of each pivot, in a patch's couplings
-    BatchChild children[2];                // NOLINT(*-avoid-c-arrays)
+    double* update;  ///< lower triangle, columns update_stride numbers apart, a zero below each
+    std::size_t n_pivots, n_rows, update_stride;
+    std::size_t n_entries;                  ///< of K
+    const std::uint32_t *target, *n_terms;  ///< by entry: its place in the panel, how many terms it has
+    const std::uint32_t* number;            ///< by term, entry after entry: which of x
+    const double* factor;                   ///< by term (EntryTerms)
+    BatchChild children[2];                 // NOLINT(*-avoid-c-arrays)
     std::size_t n_children;
 };
 struct BatchKernels {
     std::size_t lanes;
-    /// Assembles and factors a front. couplings: of each lane's patch. Takes the largest and the sum of
-    /// K_kk/L_kk^2 on, by lane: not finite where a pivot failed.
-    void (*eliminate)(const BatchFront& front, const double* const* couplings, double* inverse_ratio,
+    /// x[i] = d[i]/scale, i < n, and x[n] = 1/scale, of each lane; x: lanes side by side.
+    void (*scale)(const double* const* d, const double* scale, std::size_t n, double* x);
+    /// Assembles and factors a front from x. Takes the largest and the sum of K_kk/L_kk^2 on, by lane: not
+    /// finite where a pivot failed.
+    void (*eliminate)(const BatchFront& front, const double* x, double* inverse_ratio,
                       double* inverse_ratio_sum);
 };
 

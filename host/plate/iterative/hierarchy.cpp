@@ -7,7 +7,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double FREE_EDGE = 1e-6;  ///< of the largest D, where there is no plate, as in Stencil
 /// Chebyshev's interval is [bound/INTERVAL, bound]: errors of twice the spacing have 1/16 of the largest
 /// eigenvalue.
 constexpr double INTERVAL = 14.0;

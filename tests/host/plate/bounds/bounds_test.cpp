@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
+#include "host/plate/bounds/kernels.hpp"
 #include "tests/host/plate/bounds/loads.hpp"
 #include "tests/host/plate/counting_heap.hpp"
 #include "tests/host/plate/fields.hpp"
@@ -210,6 +212,92 @@ TEST_CASE("a bracket allocates nothing") {
         CHECK(bracket.rung == rung);
     }
     CHECK(n_allocations() > 0);  // the counter counts
+}
+
+TEST_CASE("a sum in doubles is the sum, and the same bits on every instruction set") {
+    const bounds::RunnableSums runnable = bounds::runnable_sums();
+    fields::Random random(3);
+    for (std::size_t n = 1; n <= 41; ++n) {
+        constexpr std::size_t N_ROWS = 13;  // groups of eight and four, and one over
+        std::vector<double> rows(N_ROWS * n), x(n), w(n);
+        for (double& v : rows) v = random.next() - 0.5;
+        for (double& v : x) v = random.next() - 0.5;
+        for (double& v : w) v = random.next();
+        using Found = std::vector<double>;
+        const auto found = [&](const bounds::SumKernels& sums) {
+            Found all(N_ROWS);
+            sums.dot_rows(rows.data(), N_ROWS, x.data(), n, all.data());
+            const bounds::Pair both = sums.dot_both(x.data(), w.data(), rows.data(), n);
+            for (const double sum : {sums.dot(x.data(), w.data(), n), both.first, both.second,
+                                     sums.weighted_square(x.data(), w.data(), n),
+                                     sums.weighted_magnitude(x.data(), w.data(), n)})
+                all.push_back(sum);
+            Found scaled(n), reciprocals(n);
+            const bounds::Extremes ends =
+                sums.scale_and_invert(x.data(), n, 3.0, 0.7, scaled.data(), reciprocals.data());
+            all.insert(all.end(), {ends.least, ends.most, ends.finite ? 1.0 : 0.0});
+            all.insert(all.end(), scaled.begin(), scaled.end());
+            all.insert(all.end(), reciprocals.begin(), reciprocals.end());
+            return all;
+        };
+        const Found all = found(*runnable.sets[0]);
+        for (std::size_t k = 1; k < runnable.n; ++k) {
+            CAPTURE(n, runnable.sets[k]->name);
+            CHECK(found(*runnable.sets[k]) == all);
+        }
+        long double dot = 0, square = 0, magnitude = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            const long double xi = x[i], wi = w[i];
+            dot += xi * wi;
+            square += wi * xi * xi;
+            magnitude += wi * std::fabs(xi);
+        }
+        const double rounding = static_cast<double>(n + 1) * 0x1p-53 * static_cast<double>(magnitude);
+        CHECK(std::fabs(all[N_ROWS] - static_cast<double>(dot)) <= rounding);
+        CHECK(all[N_ROWS + 1] == all[N_ROWS]);
+        CHECK(std::fabs(all[N_ROWS + 3] - static_cast<double>(square)) <= rounding);
+        CHECK(std::fabs(all[N_ROWS + 4] - static_cast<double>(magnitude)) <= rounding);
+        CHECK(all[N_ROWS + 5] == *std::min_element(x.begin(), x.end()) * 3.0 * 0.7);
+        CHECK(all[N_ROWS + 6] == *std::max_element(x.begin(), x.end()) * 3.0 * 0.7);
+        for (std::size_t i = 0; i < n; ++i) {
+            CHECK(all[N_ROWS + 8 + i] == x[i] * 3.0 * 0.7);
+            CHECK(all[N_ROWS + 8 + n + i] == 1.0 / all[N_ROWS + 8 + i]);
+        }
+    }
+}
+
+TEST_CASE("a value that is not finite is told wherever it stands") {
+    const bounds::RunnableSums runnable = bounds::runnable_sums();
+    const double bad = GENERATE(as<double>{}, NAN, INFINITY, -INFINITY);
+    for (std::size_t k = 0; k < runnable.n; ++k) {
+        for (std::size_t at = 0; at < 21; ++at) {
+            std::array<double, 21> x{}, reciprocals{};
+            x.fill(2.0);
+            CHECK(runnable.sets[k]->invert(x.data(), x.size(), reciprocals.data()).finite);
+            x[at] = bad;
+            CHECK_FALSE(runnable.sets[k]->invert(x.data(), x.size(), reciprocals.data()).finite);
+        }
+    }
+}
+
+TEST_CASE("portable and best kernels give the same bracket, bit for bit, around the truth") {
+    const double side_over_l = GENERATE(as<double>{}, 0.0, 8.0);
+    const Problem problem = square(wart5, side_over_l);
+    const loads::Force force = loads::point(N, N, CENTRE);
+    const Bounds::Foundations few{.first = 6.0, .last = 10.0, .ratio = 1.2};
+    const Bounds portable(problem, force, few, Kernel::portable), best(problem, force, few, Kernel::best);
+    Bounds::Scratch on_portable(portable), on_best(best);
+    const double c = loads::compliance(problem, force);
+    CHECK(std::string(portable.kernel()) == "baseline");
+    for (const Rung rung : RUNGS) {
+        INFO(name_of(rung) << ", " << best.kernel());
+        const Bracket a = bracket_at(portable, problem, rung, on_portable);
+        const Bracket b = bracket_at(best, problem, rung, on_best);
+        CHECK(a.lower_m_per_n == b.lower_m_per_n);
+        CHECK(a.upper_m_per_n == b.upper_m_per_n);
+        CHECK(b.lower_m_per_n <= c * (1.0 + 1e-12));
+        CHECK(b.upper_m_per_n >= c * (1.0 - 1e-12));
+    }
 }
 
 TEST_CASE("where the foundation has a hole the bare plate bounds from above") {

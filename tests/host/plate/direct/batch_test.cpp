@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "host/plate/plate.hpp"
+#include "tests/host/plate/counting_heap.hpp"
 #include "tests/host/plate/fields.hpp"
 
 namespace palpate::plate {
 namespace {
 
+using Eigen::ArrayXXd;
 using Eigen::Index;
 
 Problem lane_problem(Index nx, Index nz, std::size_t lane) {
@@ -38,6 +40,53 @@ TEST_CASE("each plate of a batch gives way as it does alone") {
             }
         }
     }
+}
+
+/// Everything that a problem can have but jumps: three kinds of edges, uneven lines, a hole, Poisson's ratio
+/// and a foundation that vary.
+Problem motley_problem(Index n) {
+    Problem problem = lane_problem(n, n, 99);
+    problem.edges = {Edge::clamped, Edge::free, Edge::supported, Edge::free};
+    problem.lines_x_m = problem.size_m.x() * Eigen::ArrayXd::LinSpaced(n, 0.0, 1.0).pow(1.3);
+    problem.lines_z_m = problem.size_m.y() * Eigen::ArrayXd::LinSpaced(n, 0.0, 1.0).pow(0.8);
+    problem.lines_x_m(n - 1) = problem.size_m.x();
+    problem.lines_z_m(n - 1) = problem.size_m.y();
+    problem.solid = Mask::Constant(n, n, true);
+    problem.solid.block(2, 3, n / 4, n / 3).setConstant(false);
+    problem.solid.block(n - 3, n - 4, 3, 4).setConstant(false);
+    fields::Random random(7);
+    const auto drawn = [&] { return random.next(); };
+    problem.poisson_at_nodes = 0.1 + 0.3 * ArrayXXd::NullaryExpr(n, n, drawn);
+    problem.foundation_n_per_m3 = 1e6 * ArrayXXd::NullaryExpr(n, n, drawn);
+    return problem;
+}
+
+TEST_CASE("a batch knows every kind of edge, grid line, outline, Poisson's ratio and foundation") {
+    const Kernel kernel = GENERATE(as<Kernel>{}, Kernel::portable, Kernel::best);
+    const Index n = GENERATE(as<Index>{}, 9, 17);
+    Problem problem = motley_problem(n);
+    Batch batch(problem, kernel);
+    std::vector<double> compliances(batch.lanes());
+    for (std::size_t lane = 0; lane < batch.lanes(); ++lane)
+        batch.set_rigidity(lane, lane_problem(n, n, lane).rigidity_n_m);
+    batch.centre_compliances_m_per_n(compliances);
+    for (std::size_t lane = 0; lane < batch.lanes(); ++lane) {
+        CAPTURE(n, lane, batch.kernel());
+        problem.rigidity_n_m = lane_problem(n, n, lane).rigidity_n_m;
+        CHECK(compliances[lane] == Approx(Plate(problem).centre_compliance_m_per_n()).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("a batch allocates nothing once it is made") {
+    const Kernel kernel = GENERATE(as<Kernel>{}, Kernel::portable, Kernel::best);
+    const Problem problem = motley_problem(17);
+    Batch batch(problem, kernel);
+    std::vector<double> compliances(batch.lanes());
+    const long before = n_allocations();
+    for (std::size_t lane = 0; lane < batch.lanes(); ++lane) batch.set_rigidity(lane, problem.rigidity_n_m);
+    batch.centre_compliances_m_per_n(compliances);
+    CHECK(n_allocations() == before);
+    CHECK(n_allocations() > 0);  // the counter counts
 }
 
 TEST_CASE("a bad plate of a batch has no number, and does its neighbours no harm") {
@@ -77,6 +126,9 @@ TEST_CASE("an island too stiff for double has no number in a batch, as it has no
         batch.centre_compliances_m_per_n(compliances);
         CHECK(std::isnan(compliances[1]));
     }
+    batch.set_rigidity(1, island(1e6).rigidity_n_m);  // nothing of the failures is left
+    batch.centre_compliances_m_per_n(compliances);
+    CHECK(compliances[1] == Approx(compliances[0]).epsilon(1e-9));
 }
 
 }  // namespace
