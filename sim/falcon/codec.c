@@ -9,7 +9,8 @@ bool pal_falcon_request_byte_ok(uint8_t byte, unsigned n) {
 }
 
 pal_falcon_request pal_falcon_request_decode(const uint8_t packet[16]) {
-    pal_falcon_request request = {{0, 0, 0}, (uint8_t)(packet[FLAGS_AT] - ZERO)};
+    pal_falcon_request request = {
+        {0, 0, 0}, (uint8_t)(packet[FLAGS_AT] - ZERO), (uint8_t)(packet[SPARE_AT] - ZERO)};
     for (unsigned i = 0; i < 3; ++i) {
         const uint8_t* digits = packet + 1 + NIBBLES * i;
         int32_t word = 0;

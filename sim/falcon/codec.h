@@ -11,6 +11,7 @@ enum { PAL_FALCON_PACKET_BYTES = 16 };
 typedef struct pal_falcon_request {
     int16_t motor_counts[3];
     uint8_t flags;  ///< 1 homing, 2 green, 4 blue, 8 red
+    uint8_t spare;  ///< byte 14, minus 'A'
 } pal_falcon_request;
 
 /// Whether `byte` may stand at place `n` of a request.

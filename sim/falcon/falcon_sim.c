@@ -13,7 +13,7 @@ static const double COUNTS_PER_RAD = 1280.0 * (110.0 / 14.25) / 6.28318530717958
 static const double THETA_ZERO_RAD = 0.61086523819801535;
 // Elastic stops 2 degrees before the ends of the travel. Assumed: hard enough for 40 N, well damped.
 static const double STOP_BEFORE_RAD = 0.035, STOP_N_M_PER_RAD = 100.0, STOP_N_M_S_PER_RAD = 0.3;
-enum { ALL_HOMED = 7, HOMING_FLAG = 1, HOMED_SHIFT = 4, N_SUBSTEPS_MAX = 1000 };
+enum { ALL_HOMED = 7, HOMING_FLAG = 1, HOMED_SHIFT = 4, SPARE_AT = 14, N_SUBSTEPS_MAX = 1000 };
 
 pal_falcon_sim_config pal_falcon_sim_config_default(void) {
     const pal_falcon_sim_config config = {
@@ -47,13 +47,28 @@ void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed) {
     }
 }
 
+/// In 1 - spread .. 1 + spread.
+static double next_factor(uint64_t* state, double spread) {
+    const double in_unit = (double)(next_random(state) >> 11) / 9007199254740992.0;  // 2^53
+    return 1.0 + spread * (2.0 * in_unit - 1.0);
+}
+
+void pal_falcon_sim_vary(pal_falcon_sim_config* config, uint64_t seed, double spread) {
+    pal_falcon_sim_seed(config, seed);
+    uint64_t state = ~seed;  // another sequence
+    config->mass_kg *= next_factor(&state, spread);
+    config->viscous_n_s_per_m *= next_factor(&state, spread);
+    config->coulomb_n *= next_factor(&state, spread);
+    config->units_per_n_m *= next_factor(&state, spread);
+}
+
 static bool is_sane(const pal_falcon_sim_config* c) {
     return c->mass_kg > 0.0 && c->mass_kg < 100.0 && fabs(c->gravity_m_per_s2) < 100.0 &&
            c->viscous_n_s_per_m >= 0.0 && c->viscous_n_s_per_m < 1e4 && c->coulomb_n >= 0.0 &&
            c->coulomb_n < 1e3 && c->units_per_n_m > 0.0 && c->units_per_n_m < 1e9 &&
            c->home_theta_rad > PAL_FALCON_THETA_MIN_RAD && c->home_theta_rad < PAL_FALCON_THETA_MAX_RAD &&
            c->watchdog_ticks > 0 && c->delay_ticks <= PAL_FALCON_DELAY_MAX && c->n_substeps > 0 &&
-           c->n_substeps <= N_SUBSTEPS_MAX;
+           c->n_substeps <= N_SUBSTEPS_MAX && c->reply_spare < 16;
 }
 
 bool pal_falcon_sim_init(pal_falcon_sim* sim, const pal_falcon_sim_config* config) {
@@ -101,6 +116,7 @@ static void take_packet(pal_falcon_sim* sim) {
     for (int i = 0; i < 3; ++i) sim->queued_counts[0][i] = saturated(request.motor_counts[i]);
     sim->homing = request.flags & HOMING_FLAG;
     sim->leds = (uint8_t)(request.flags & ~HOMING_FLAG);
+    sim->spare = request.spare;
     sim->silent_ticks = 0;
     sim->has_reply = true;
 }
@@ -121,10 +137,37 @@ bool pal_falcon_sim_reply(pal_falcon_sim* sim, uint8_t reply[16]) {
     if (!sim->has_reply) return false;
     sim->has_reply = false;
     int16_t counts[3];
-    for (int i = 0; i < 3; ++i) counts[i] = wrapped(counts_at(sim->theta_rad[i]) + sim->offset_counts[i]);
-    const unsigned flags = (sim->buttons & 0x0FU) | (unsigned)(sim->homed & ALL_HOMED) << HOMED_SHIFT;
-    pal_falcon_reply_encode(counts, (uint8_t)flags, reply);
+    pal_falcon_sim_read(sim, counts);
+    const bool told = sim->homing || !sim->config.homed_needs_bit;
+    const unsigned homed = told ? sim->homed & ALL_HOMED : 0U;
+    pal_falcon_reply_encode(counts, (uint8_t)((sim->buttons & 0x0FU) | homed << HOMED_SHIFT), reply);
+    reply[SPARE_AT] = (uint8_t)(reply[SPARE_AT] + sim->config.reply_spare);
     return true;
+}
+
+void pal_falcon_sim_read(const pal_falcon_sim* sim, int16_t encoder_counts[3]) {
+    for (int i = 0; i < 3; ++i) {
+        encoder_counts[i] = (sim->frozen >> i & 1)
+                                ? sim->frozen_counts[i]
+                                : wrapped(counts_at(sim->theta_rad[i]) + sim->offset_counts[i]);
+    }
+}
+
+void pal_falcon_sim_freeze(pal_falcon_sim* sim, uint8_t axes) {
+    int16_t counts[3];
+    pal_falcon_sim_read(sim, counts);
+    memcpy(sim->frozen_counts, counts, sizeof counts);
+    sim->frozen = axes;
+}
+
+void pal_falcon_sim_restart(pal_falcon_sim* sim, const int16_t offset_counts[3]) {
+    memset(sim->queued_counts, 0, sizeof sim->queued_counts);
+    memset(sim->motor_counts, 0, sizeof sim->motor_counts);
+    memset(sim->force_n, 0, sizeof sim->force_n);
+    sim->homing = sim->leds = sim->homed = sim->spare = sim->n_rx = 0;
+    sim->has_reply = false;
+    sim->silent_ticks = 0;
+    for (int i = 0; i < 3; ++i) sim->offset_counts[i] = offset_counts[i];
 }
 
 bool pal_falcon_sim_watchdog(const pal_falcon_sim* sim) {

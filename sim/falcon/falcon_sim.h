@@ -23,13 +23,18 @@ typedef struct pal_falcon_sim_config {
     uint32_t watchdog_ticks;         ///< without a packet for this long the motors go to zero; assumed 100
     uint32_t
         delay_ticks;  ///< a motor word acts this many ticks after it came; 1, at most PAL_FALCON_DELAY_MAX
-    uint32_t n_substeps;  ///< of the mechanics within 1 ms
+    uint32_t n_substeps;   ///< of the mechanics within 1 ms
+    bool homed_needs_bit;  ///< homed flags are told only while the homing bit is set; no source tells
+    uint8_t reply_spare;   ///< byte 14 of a reply, minus 'A': 0..15; no source tells what it means
 } pal_falcon_sim_config;
 
 pal_falcon_sim_config pal_falcon_sim_config_default(void);
 /// Draws what differs from device to device and from power-on to power-on: what the counters read before
 /// homing.
 void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed);
+/// Another device of the same kind: mass, both frictions and the motors' gain are each multiplied by a factor
+/// in 1 - spread .. 1 + spread, `spread` in [0, 1), such as 0.3; the counters as by pal_falcon_sim_seed.
+void pal_falcon_sim_vary(pal_falcon_sim_config* config, uint64_t seed, double spread);
 
 typedef struct pal_falcon_sim {
     pal_falcon_sim_config config;
@@ -46,6 +51,9 @@ typedef struct pal_falcon_sim {
     uint8_t n_rx;
     bool has_reply;            ///< a good packet came that has not been answered
     int32_t offset_counts[3];  ///< what each counter is off by; zero once its arm is homed
+    int16_t frozen_counts[3];
+    uint8_t frozen;  ///< bit i: encoder i tells frozen_counts[i]
+    uint8_t spare;   ///< byte 14 of the last request, minus 'A'
 } pal_falcon_sim;
 
 /// False when the start is outside the workspace or a parameter makes no sense.
@@ -55,6 +63,13 @@ bool pal_falcon_sim_init(pal_falcon_sim* sim, const pal_falcon_sim_config* confi
 void pal_falcon_sim_receive(pal_falcon_sim* sim, const uint8_t* bytes, size_t n_bytes);
 /// Takes the reply to the last whole packet: the encoders as they read now. False when there is none.
 bool pal_falcon_sim_reply(pal_falcon_sim* sim, uint8_t reply[16]);
+/// The firmware starts anew or is gone: no motor acts, nothing is homed, each counter is off by
+/// `offset_counts`. The mechanics move on.
+void pal_falcon_sim_restart(pal_falcon_sim* sim, const int16_t offset_counts[3]);
+/// Bit i of `axes`: encoder i stands still at what it reads now; the others read truly (again).
+void pal_falcon_sim_freeze(pal_falcon_sim* sim, uint8_t axes);
+/// What a reply would tell now.
+void pal_falcon_sim_read(const pal_falcon_sim* sim, int16_t encoder_counts[3]);
 /// True when the watchdog has switched the motors off.
 bool pal_falcon_sim_watchdog(const pal_falcon_sim* sim);
 /// 1 ms of mechanics, `push` may be NULL. `push(context, position, velocity, force)` gives the hand's force
