@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "sim/app/ask.h"
 #include "sim/app/local_socket.h"
 
 enum {
@@ -236,20 +237,8 @@ int pal_serve(const pal_serve_options* options) {
 
 int pal_serve_ask(const char* socket_path, const char* question) {
     char path[PATH_BYTES];
-    char answer[1024];
+    char start[PATH_BYTES];
+    (void)snprintf(start, sizeof start, "serve --socket %s", socket_path);
     const int n = snprintf(path, sizeof path, "%s.control", socket_path);
-    const int fd = n > 0 && (size_t)n < sizeof path ? pal_socket_connect(path) : -1;
-    ssize_t got = -1;
-    if (fd >= 0) {
-        const struct timeval patience = {1, 0};
-        (void)setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-        if (send(fd, question, strlen(question), MSG_NOSIGNAL) > 0) got = recv(fd, answer, sizeof answer, 0);
-        (void)close(fd);
-    }
-    if (got <= 0) {
-        (void)fprintf(stderr, "palpate-falcon-sim: %s: nobody answers; start one with serve --socket %s\n",
-                      path, socket_path);
-        return EXIT_LINK;
-    }
-    return fwrite(answer, 1, (size_t)got, stdout) == (size_t)got ? 0 : 1;
+    return pal_ask(n > 0 && (size_t)n < sizeof path ? path : "", question, start);
 }

@@ -15,7 +15,8 @@ firmware/app     : common firmware/core firmware/falcon firmware/port
 sim/falcon       :
 sim/hand         :
 sim/stand        : common firmware/core firmware/falcon sim/falcon sim/hand
-sim/app          : sim/falcon sim/hand
+sim/usb          : sim/falcon
+sim/app          : sim/falcon sim/hand sim/usb
 sim/scenes       :
 host/cloud       :
 host/plate       :
@@ -47,6 +48,7 @@ leaves='
 ^nlohmann/                    : host/record host/report host/study host/app host/plate/reference
 ^Eigen/                       : host
 ^getopt\.h                    : firmware/app sim/app
+^libusb                       : firmware/port
 '
 
 # check ROOT: prints each include against the arrows; fails if there is any.

@@ -1,0 +1,151 @@
+#include "sim/usb/bus.h"
+
+#include <string.h>
+#include <time.h>
+
+enum {
+    CATCH_UP_US = 200000,
+    NUMBER_MAX = 127,
+    TO_DEVICE = 0x00,
+    FROM_DEVICE = 0x80,
+    GET_DESCRIPTOR = 6,
+    SET_CONFIGURATION = 9,
+    DESCRIPTOR_DEVICE = 1,
+    DESCRIPTOR_CONFIGURATION = 2,
+    DESCRIPTOR_STRING = 3,
+    ENGLISH = 0x0409
+};
+
+// The device model as a host controller wants it.
+
+static void device_advance(void* context, uint64_t now_us) {
+    pal_usb_device_advance(context, now_us);
+}
+static uint64_t device_next_us(const void* context) {
+    return pal_usb_device_next_us(context);
+}
+static int answer(int n) {
+    if (n >= 0) return n;
+    return n == PAL_USB_STALL ? PAL_HOST_DEVICE_STALLS : PAL_HOST_DEVICE_GONE;
+}
+static int device_control(void* context, const uint8_t setup[8], uint8_t* data, size_t n_bytes) {
+    return answer(pal_usb_device_control(context, setup, data, n_bytes));
+}
+static int device_out(void* context, const uint8_t* bytes, size_t n_bytes) {
+    return answer(pal_usb_device_out(context, bytes, n_bytes));
+}
+static int device_in(void* context, uint8_t packet[PAL_HOST_PACKET_BYTES]) {
+    return answer(pal_usb_device_in(context, packet));
+}
+static bool device_present(const void* context) {
+    return pal_usb_device_present(context);
+}
+
+static pal_host_device wire_of(pal_usb_device* device) {
+    return (pal_host_device){device,     device_advance, device_next_us, device_control,
+                             device_out, device_in,      device_present};
+}
+
+int pal_bus_control(pal_bus_port* port, uint8_t type, uint8_t request, uint16_t value, uint16_t index,
+                    uint8_t* data, uint16_t n_bytes) {
+    const uint8_t setup[8] = {type,
+                              request,
+                              (uint8_t)(value & 0xFFU),
+                              (uint8_t)(value >> 8),
+                              (uint8_t)(index & 0xFFU),
+                              (uint8_t)(index >> 8),
+                              (uint8_t)(n_bytes & 0xFFU),
+                              (uint8_t)(n_bytes >> 8)};
+    return device_control(&port->device, setup, data, n_bytes);
+}
+
+/// String descriptor `index` in ASCII; empty when there is none.
+static void read_text(pal_bus_port* port, uint8_t index, char out[PAL_BUS_TEXT_BYTES]) {
+    uint8_t bytes[255];
+    out[0] = '\0';
+    if (index == 0) return;
+    const uint16_t value = (uint16_t)(DESCRIPTOR_STRING << 8 | index);
+    const int n = pal_bus_control(port, FROM_DEVICE, GET_DESCRIPTOR, value, ENGLISH, bytes, sizeof bytes);
+    int n_out = 0;
+    for (int i = 2; i + 1 < n && n_out + 1 < PAL_BUS_TEXT_BYTES; i += 2) {
+        const bool ascii = bytes[i + 1] == 0 && bytes[i] >= ' ' && bytes[i] <= '~';
+        out[n_out++] = ascii ? (char)bytes[i] : '?';
+    }
+    out[n_out] = '\0';
+}
+
+/// What a kernel does with a device that was plugged in. False when it does not answer as a device must.
+static bool enumerate(pal_bus* bus, pal_bus_port* port) {
+    const int n_device = pal_bus_control(port, FROM_DEVICE, GET_DESCRIPTOR, DESCRIPTOR_DEVICE << 8, 0,
+                                         port->device_descriptor, sizeof port->device_descriptor);
+    if (n_device != (int)sizeof port->device_descriptor) return false;
+    const int n = pal_bus_control(port, FROM_DEVICE, GET_DESCRIPTOR, DESCRIPTOR_CONFIGURATION << 8, 0,
+                                  port->configuration, sizeof port->configuration);
+    if (n < 9) return false;
+    port->n_configuration = (uint32_t)n;
+    read_text(port, port->device_descriptor[14], port->manufacturer);
+    read_text(port, port->device_descriptor[15], port->product);
+    read_text(port, port->device_descriptor[16], port->serial);
+    if (pal_bus_control(port, TO_DEVICE, SET_CONFIGURATION, port->configuration[5], 0, NULL, 0) < 0)
+        return false;
+    bus->last_number = bus->last_number < NUMBER_MAX ? bus->last_number + 1 : 2;
+    port->number = bus->last_number;
+    return true;
+}
+
+static uint64_t monotonic_us(void) {
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U;
+}
+
+bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n_configs,
+                  pal_host_timing timing, uint32_t packets_per_frame, uint32_t* bad) {
+    memset(bus, 0, sizeof *bus);
+    bus->begin_us = monotonic_us();
+    bus->last_number = 1;  // the root hub's
+    for (uint32_t i = 0; i < n_configs && i < PAL_BUS_DEVICES_MAX; ++i) {
+        pal_bus_port* port = &bus->ports[i];
+        *bad = i;
+        if (!pal_usb_device_init(&port->device, &configs[i])) return false;
+        const pal_host_device wire = wire_of(&port->device);
+        pal_host_init(&port->host, &wire, timing, packets_per_frame);
+        ++bus->n_ports;
+    }
+    return true;
+}
+
+void pal_bus_advance(pal_bus* bus) {
+    uint64_t now_us = monotonic_us() - bus->begin_us - bus->lost_us;
+    if (now_us - bus->now_us > CATCH_UP_US) {
+        bus->lost_us += now_us - bus->now_us - CATCH_UP_US;
+        now_us = bus->now_us + CATCH_UP_US;
+    }
+    bus->now_us = now_us;
+    for (uint32_t i = 0; i < bus->n_ports; ++i) pal_host_advance(&bus->ports[i].host, now_us);
+}
+
+uint64_t pal_bus_wait_us(const pal_bus* bus, uint64_t most_us) {
+    const uint64_t elapsed_us = monotonic_us() - bus->begin_us - bus->lost_us - bus->now_us;
+    uint64_t wait_us = most_us;
+    for (uint32_t i = 0; i < bus->n_ports; ++i) {
+        const uint64_t at_us = pal_host_next_us(&bus->ports[i].host);
+        const uint64_t left_us = at_us > bus->now_us ? at_us - bus->now_us : 0;
+        const uint64_t still_us = left_us > elapsed_us ? left_us - elapsed_us : 0;
+        if (still_us < wait_us) wait_us = still_us;
+    }
+    return wait_us;
+}
+
+int pal_bus_look(pal_bus* bus, uint32_t port_index) {
+    pal_bus_port* port = &bus->ports[port_index];
+    const bool there = pal_usb_device_present(&port->device);
+    if (there == port->present) return 0;
+    if (!there) {
+        pal_host_end(&port->host, NULL, PAL_HOST_GONE);
+        port->present = false;
+        return -1;
+    }
+    port->present = enumerate(bus, port);
+    return port->present ? 1 : 0;
+}
