@@ -45,6 +45,22 @@ TEST_CASE("the loop's options are read") {
     CHECK(read({"--help"}).options.help);
 }
 
+TEST_CASE("the loop takes a Falcon on the USB, by its serial number or the first") {
+    const Answer first = read({"--link", "/x", "--device", "usb"});
+    REQUIRE(first.ok);
+    CHECK(first.options.usb);
+    CHECK(first.options.serial == nullptr);
+    CHECK(first.options.device_path == nullptr);
+    const Answer named = read({"--link", "/x", "--device", "usb:12PZ657E", "--firmware", "f.bin"});
+    REQUIRE(named.ok);
+    CHECK(std::string(named.options.serial) == "12PZ657E");
+    CHECK(std::string(named.options.firmware) == "f.bin");
+    const Answer last = read({"--link", "/x", "--device", "usb:1", "--device", "link:/y"});
+    REQUIRE(last.ok);
+    CHECK_FALSE(last.options.usb);
+    CHECK(last.options.serial == nullptr);
+}
+
 TEST_CASE("the loop may be asked for all that a Falcon is rated for") {
     const Answer answer = read({"--link", "/x", "--device", "link:/y", "--force-max-n", "8.9"});
     REQUIRE(answer.ok);
@@ -78,7 +94,10 @@ TEST_CASE("bad options are refused in one line that names them") {
         {"--link", "/x"},
         {"--link"},
         {"--speed", "3"},
-        {"--link", "/x", "--device", "usb"},
+        {"--link", "/x", "--device", "usb:"},
+        {"--link", "/x", "--device", "usb2"},
+        {"--link", "/x", "--device", "link"},
+        {"--link", "/x", "--firmware", "f.bin"},
         {"--link", "/x", "--device", "link:"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "9"},
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "8.9000006"},
