@@ -30,7 +30,7 @@ expect() {
 }
 
 lacking() { PATH="$scratch/bin:$PATH" "$@"; }
-for command in build demo test lint asan tsan bench soak; do
+for command in build demo test lint asan tsan vm bench soak; do
   expect "$command --no-install" 2 'missing packages.*' lacking ./dev "$command" --no-install
   expect "$command --no-install lists what is missing" 2 '^  .*libeigen3-dev' lacking ./dev "$command" --no-install
 done
@@ -41,7 +41,7 @@ rm "$scratch/bin/sudo"
 if ! PATH="$scratch/bin:$PATH" command -v sudo >/dev/null; then
   expect "neither root nor sudo" 2 'neither root nor sudo' lacking ./dev build
 fi
-for command in build demo test lint asan tsan bench soak clean; do
+for command in build demo test lint asan tsan vm bench soak clean; do
   expect "help names $command" 0 "^\./dev $command " ./dev help
 done
 # The README names commands that exist and scenes that are there.
