@@ -12,10 +12,14 @@ enum { RAMP_TICKS_MAX = 1000 * PAL_RAMP_MAX_S };
 static const char HELP[] =
     "palpate-loop: the 1 kHz loop between a Falcon and a palpate host\n"
     "\n"
-    "usage: palpate-loop --link NAME --device link:PATH [--force-max-n X] [--ramp-ticks N]\n"
+    "usage: palpate-loop --link NAME --device DEVICE [--firmware FILE] [--force-max-n X] [--ramp-ticks N]\n"
     "\n"
     "  --link NAME        shared memory that the host made, such as /palpate-4711\n"
     "  --device link:PATH simulated Falcon at a Unix socket (palpate-falcon-sim serve --socket PATH)\n"
+    "  --device usb[:SERIAL]  a Falcon on the USB, the first by serial number without one; it is booted "
+    "first\n"
+    "  --firmware FILE    for it; else $PALPATE_FALCON_FIRMWARE, else nvent_firmware.bin in\n"
+    "                     $XDG_DATA_HOME/palpate or ~/.local/share/palpate\n"
     "  --force-max-n X    no force above X newtons; 0 < X <= 8.9 (8)\n"
     "  --ramp-ticks N     soft start after homing and after every stop, in ms; 0 to 60000 (1000)\n"
     "  --help             this text\n"
@@ -23,6 +27,8 @@ static const char HELP[] =
     "palpate run --clock real starts it by itself. By hand, beside a running host:\n"
     "  palpate-loop --link /palpate-4711 --device link:/tmp/falcon.sock --force-max-n 4\n"
     "\n"
+    "With a Falcon that is unplugged and comes back it goes on, after booting, homing, and forces off and "
+    "on.\n"
     "It ends when the host asks (stop word) or by SIGTERM: exit 0. SIGINT: 130. Host or device gone: 3.\n"
     "Bad arguments: 2. Before it ends it sends 20 packets of zero force.\n";
 
@@ -38,20 +44,37 @@ static bool read_number(const char* text, double low, double high, double* out) 
     return true;
 }
 
+static bool take_device(pal_loop_options* options, const char* value, FILE* complaint) {
+    static const char LINK[] = "link:";
+    static const char USB[] = "usb";
+    const size_t n_link = strlen(LINK);
+    const size_t n_usb = strlen(USB);
+    options->device_path = NULL;
+    options->serial = NULL;
+    options->usb = strncmp(value, USB, n_usb) == 0 && (value[n_usb] == '\0' || value[n_usb] == ':');
+    if (options->usb && value[n_usb] == '\0') return true;
+    if (options->usb && value[n_usb + 1] != '\0') {
+        options->serial = value + n_usb + 1;
+        return true;
+    }
+    if (!options->usb && strncmp(value, LINK, n_link) == 0 && value[n_link] != '\0') {
+        options->device_path = value + n_link;
+        return true;
+    }
+    fprintf(complaint, "palpate-loop: --device %s: expected link:PATH, usb or usb:SERIAL\n", value);
+    return false;
+}
+
 // One option and its value. False: not one of ours (`*known` false) or a bad value.
 static bool take(pal_loop_options* options, const char* name, const char* value, FILE* complaint) {
-    static const char DEVICE_KIND[] = "link:";
     double number = 0.0;
     if (strcmp(name, "--link") == 0) {
         options->link_name = value;
         return true;
     }
-    if (strcmp(name, "--device") == 0) {
-        if (strncmp(value, DEVICE_KIND, strlen(DEVICE_KIND)) != 0 || value[strlen(DEVICE_KIND)] == '\0') {
-            fprintf(complaint, "palpate-loop: --device %s: expected link:PATH\n", value);
-            return false;
-        }
-        options->device_path = value + strlen(DEVICE_KIND);
+    if (strcmp(name, "--device") == 0) return take_device(options, value, complaint);
+    if (strcmp(name, "--firmware") == 0) {
+        options->firmware = value;
         return true;
     }
     if (strcmp(name, "--force-max-n") == 0) {
@@ -89,8 +112,8 @@ bool pal_loop_options_read(int argc, char** argv, pal_loop_options* options, FIL
         }
         if (!take(options, argv[i], argv[i + 1], complaint)) return false;
     }
-    if (options->link_name == NULL || options->device_path == NULL) {
-        fputs("palpate-loop: --link NAME and --device link:PATH are needed (see --help)\n", complaint);
+    if (options->link_name == NULL || (options->device_path == NULL && !options->usb)) {
+        fputs("palpate-loop: --link NAME and --device link:PATH or usb are needed (see --help)\n", complaint);
         return false;
     }
     return true;

@@ -9,7 +9,10 @@ extern "C" {
 
 typedef struct pal_loop_options {
     const char* link_name;
-    const char* device_path;  ///< of `link:PATH`
+    const char* device_path;  ///< of `link:PATH`; NULL: a Falcon on the USB
+    const char* serial;       ///< of `usb:SERIAL`; NULL: the first
+    const char* firmware;     ///< NULL: the usual places
+    bool usb;
     float force_max_n;
     uint32_t ramp_ticks;
     bool help;

@@ -12,9 +12,15 @@
 #include "firmware/port/linux/clock_loop.h"
 #include "firmware/port/linux/device_socket.h"
 #include "firmware/port/linux/segment.h"
+#include "firmware/port/linux/usb_device.h"
+#include "firmware/port/linux/usb_guard.h"
 
 enum { EXIT_ASKED = 0, EXIT_BAD_ARGUMENTS = 2, EXIT_LOST = 3, EXIT_INTERRUPTED = 130 };
-enum { FIFO_PRIORITY = 80, HOST_LOOKS_APART = 10 };  // the checker looks for the host every tenth round
+enum {
+    PATH_BYTES = 4096,
+    FIFO_PRIORITY = 80,
+    HOST_LOOKS_APART = 10
+};  // the checker looks for the host every tenth round
 static const uint64_t TICK_NS = 1000000;
 
 // Set by signals only; everything else that changes lives in the session.
@@ -86,8 +92,9 @@ static int run(const pal_loop_options* options, pal_link* link, const pal_device
     pal_loop_config config = pal_loop_config_default();
     config.force_max_n = options->force_max_n;
     config.ramp_ticks = options->ramp_ticks;
+    if (options->usb)
+        config.release_ticks = 0;  // after a loss of a real device only an operator lets forces in
     pal_session_begin(&session, link, device, &config, pal_clock_now_ns);
-    catch_signals();
     // Before the priority is raised: the helper must not inherit it.
     helper self = {.session = &session, .stop = 0};
     pthread_t thread;
@@ -104,6 +111,53 @@ static int run(const pal_loop_options* options, pal_link* link, const pal_device
     return farewell(end);
 }
 
+static int run_socket(const pal_loop_options* options, pal_link* link) {
+    pal_device_socket socket;
+    pal_device device;
+    const pal_err err = pal_device_socket_open(&socket, options->device_path, &device);
+    if (err != PAL_OK) {
+        fprintf(stderr, "palpate-loop: --device link:%s: %s\n", options->device_path,
+                err == PAL_ERR_IO ? strerror(errno) : "path too long for a socket");
+        return EXIT_LOST;
+    }
+    const int status = run(options, link, &device);
+    pal_device_socket_close(&socket);
+    return status;
+}
+
+// Should this process be killed, palpate-falcon beside it takes the force away.
+static void start_guard(pal_usb_guard* guard, const char* serial) {
+    static const char NAME[] = "palpate-falcon";
+    char path[PATH_BYTES];
+    *guard = (pal_usb_guard){.file = -1};
+    const ssize_t n = readlink("/proc/self/exe", path, sizeof path - sizeof NAME);
+    if (n <= 0) return;
+    path[n] = '\0';
+    char* name = strrchr(path, '/') + 1;
+    memcpy(name, NAME, sizeof NAME);
+    if (pal_usb_guard_start(guard, path, serial)) return;
+    fprintf(stderr, "palpate-loop: no guard (%s: %s); carrying on without it\n", path, strerror(errno));
+}
+
+static int run_usb(const pal_loop_options* options, pal_link* link) {
+    static pal_usb_device usb;
+    pal_device device;
+    char why[PAL_FIRMWARE_WORDS_BYTES];
+    const pal_usb_device_open_result result =
+        pal_usb_device_open(&usb, options->serial, options->firmware, &signal_seen, &device, why);
+    if (result == PAL_USB_DEVICE_STOPPED) return signal_seen == SIGINT ? EXIT_INTERRUPTED : EXIT_ASKED;
+    if (result != PAL_USB_DEVICE_OPEN) {
+        fprintf(stderr, "palpate-loop: %s\n", why);
+        return result == PAL_USB_DEVICE_NO_FIRMWARE ? EXIT_BAD_ARGUMENTS : EXIT_LOST;
+    }
+    pal_usb_guard guard;
+    start_guard(&guard, usb.serial);
+    const int status = run(options, link, &device);
+    pal_usb_device_close(&usb);
+    pal_usb_guard_dismiss(&guard);
+    return status;
+}
+
 int main(int argc, char** argv) {
     pal_loop_options options;
     if (!pal_loop_options_read(argc, argv, &options, stderr)) return EXIT_BAD_ARGUMENTS;
@@ -118,17 +172,8 @@ int main(int argc, char** argv) {
                 err == PAL_ERR_IO ? ": " : "", err == PAL_ERR_IO ? strerror(errno) : "");
         return EXIT_BAD_ARGUMENTS;
     }
-    pal_device_socket socket;
-    pal_device device;
-    err = pal_device_socket_open(&socket, options.device_path, &device);
-    if (err != PAL_OK) {
-        fprintf(stderr, "palpate-loop: --device link:%s: %s\n", options.device_path,
-                err == PAL_ERR_IO ? strerror(errno) : "path too long for a socket");
-        pal_segment_detach(link);
-        return EXIT_LOST;
-    }
-    const int status = run(&options, link, &device);
-    pal_device_socket_close(&socket);
+    catch_signals();
+    const int status = options.usb ? run_usb(&options, link) : run_socket(&options, link);
     pal_segment_detach(link);
     return status;
 }

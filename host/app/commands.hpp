@@ -10,6 +10,8 @@ namespace palpate::app {
 void add_run(CLI::App& palpate, std::function<int()>& chosen);
 void add_bench(CLI::App& palpate, std::function<int()>& chosen);
 void add_solve(CLI::App& palpate, std::function<int()>& chosen);
+void add_device(CLI::App& palpate, std::function<int()>& chosen);
+void add_doctor(CLI::App& palpate, std::function<int()>& chosen);
 #ifdef PALPATE_HAS_VIEW
 void add_view(CLI::App& palpate, std::function<int()>& chosen);
 #endif

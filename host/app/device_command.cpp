@@ -1,0 +1,39 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "host/app/child.hpp"
+#include "host/app/commands.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Becomes palpate-falcon: the same terminal, the same signals, its exit code.
+int become_falcon(const std::vector<std::string>& arguments) {
+    const std::filesystem::path program = program_beside("palpate-falcon");
+    std::vector<std::string> words{program.string()};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(program.c_str(), argv.data());
+    throw ChildError(program.string() + ": cannot be started: " + std::strerror(errno));
+}
+
+}  // namespace
+
+void add_device(CLI::App& palpate, std::function<int()>& chosen) {
+    CLI::App* command = palpate.add_subcommand(
+        "device", "a Falcon on the USB: list, boot, home, monitor, rate, force-check; palpate device --help");
+    command->set_help_flag();
+    command->prefix_command();
+    command->callback([command, &chosen] {
+        const std::vector<std::string> arguments = command->remaining();
+        chosen = [arguments] { return become_falcon(arguments); };
+    });
+}
+
+}  // namespace palpate::app
