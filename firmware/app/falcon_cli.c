@@ -154,7 +154,10 @@ int pal_cli_open(pal_falcon_cli* cli, const pal_falcon_options* options) {
     cli->start_us = pal_usb_now_us();
     if (options->command == PAL_COMMAND_RATE) cli->config.exchange.period_us = options->period_us;
     if (options->n_attempts > 0) cli->config.boot.n_attempts = options->n_attempts;
-    cli->config.boot.event_char = options->event_char;
+    if (options->no_event_char) {
+        cli->config.boot.event_char = false;
+        cli->config.boot.run_latency_ms = 1;
+    }
     const int code = read_firmware(cli);
     if (code != PAL_EXIT_DONE) return code;
     if (options->pcap != NULL && !pal_pcap_open(&cli->pcap, options->pcap)) {

@@ -23,8 +23,9 @@ static const char HELP[] =
     "                   ~/.local/share/palpate\n"
     "  --no-reload      the firmware runs already: ask it by one packet, load nothing\n"
     "  --attempts N     to boot, at most; the upload's rate falls from one to the next (6)\n"
-    "  --event-char     the bridge sends each reply at once instead of a millisecond later; not tried on a "
-    "Falcon\n"
+    "  --no-event-char  the bridge sends a reply when its 1 ms timer ends, not at its last byte: slower, for "
+    "when\n"
+    "                   rate finds 500 exchanges a second or fewer\n"
     "  --after-stdin    zero: first wait for the end of stdin, and do nothing if a 'z' came there\n"
     "  --pcap FILE      keep all USB traffic for Wireshark\n"
     "  --seconds N      monitor: end after N (0: at Ctrl-C); rate: measure for N (5); home: wait for N "
@@ -83,8 +84,8 @@ static bool take_word(pal_falcon_options* options, const char* name) {
         options->no_reload = true;
     } else if (strcmp(name, "--after-stdin") == 0) {
         options->after_stdin = true;
-    } else if (strcmp(name, "--event-char") == 0) {
-        options->event_char = true;
+    } else if (strcmp(name, "--no-event-char") == 0) {
+        options->no_event_char = true;
     } else if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
         options->command = PAL_COMMAND_HELP;
     } else {

@@ -26,7 +26,7 @@ typedef struct pal_falcon_options {
     const char* pcap;      ///< NULL: no record
     bool json, verbose;
     bool no_reload;        ///< use the firmware that runs
-    bool event_char;       ///< the bridge sends each reply at once
+    bool no_event_char;    ///< the bridge waits for its timer with each reply
     bool after_stdin;      ///< of zero: wait for the end of stdin (usb_guard.h)
     uint32_t n_attempts;   ///< at booting; 0: the usual number
     double seconds;        ///< of monitor, 0: for ever; of home: patience; of rate

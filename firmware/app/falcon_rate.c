@@ -87,7 +87,8 @@ static void print_words(const rate* r, const verdict* v, const pal_falcon_option
         (void)printf("bad: too many requests without a reply. Use another cable or port, without a hub.\n");
     } else {
         (void)printf(
-            "bad: fewer than %g exchanges a second. Close other programs, use a port without a hub.\n",
+            "bad: fewer than %g exchanges a second. Close other programs, use a port without a hub, try "
+            "--no-event-char.\n",
             options->rate_min_hz);
     }
 }

@@ -29,8 +29,8 @@ pal_boot_config pal_boot_config_default(void) {
         .n_first = 20,
         .probe_wait_us = 100000,
         .boot_latency_ms = 16,
-        .run_latency_ms = 1,
-        .event_char = false,
+        .run_latency_ms = 2,
+        .event_char = true,
     };
     return config;
 }

@@ -36,8 +36,9 @@ typedef struct pal_boot_config {
     uint32_t n_first;                    ///< such requests per attempt
     uint32_t probe_wait_us;              ///< for a reply to the one probe packet
     uint8_t boot_latency_ms;             ///< of the bridge while booting, 1 to 255
-    uint8_t run_latency_ms;              ///< and at run time
-    bool event_char;  ///< at run time the bridge sends what it has on '>': no latency, untested on hardware
+    uint8_t run_latency_ms;              ///< and at run time: 2 with event_char, 1 without
+    bool event_char;  ///< at run time the bridge sends what it has on '>', so no reply waits for the timer,
+                      ///< and a status packet never takes a reply's frame; untested on hardware
 } pal_boot_config;
 
 /// Reload always, 6 attempts at 142857, 142857, 115385, 57554 baud in turn; no image. Worst case to the last

@@ -109,7 +109,8 @@ Finding latency(const Machine& machine) {
                 "nothing: palpate takes the device over and sets 1 ms; other programs on " +
                     port.filename().string() + " will not"};
     }
-    return {"latency timer", Health::OK, "set to 1 ms at each start; no kernel driver holds the device", ""};
+    return {"latency timer", Health::OK,
+            "set at each start, with the event character; no kernel driver holds the device", ""};
 }
 
 Finding firmware(const Machine& machine) {

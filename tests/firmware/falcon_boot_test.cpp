@@ -10,7 +10,7 @@ using Lines = std::vector<std::string>;
 // docs/PROTOCOL.md 4: the bridge, whatever the last session left.
 const Lines CHIP{"C 00 0000 0000", "C 04 0008 0000", "C 02 0000 0000", "C 06 0000 0000", "C 07 0000 0000",
                  "C 01 0200 0000", "C 01 0100 0000", "C 00 0001 0000", "C 00 0002 0000"};
-const Lines RUN{"C 09 0001 0000", "C 03 0002 0000", "C 00 0001 0000", "C 00 0002 0000"};
+const Lines RUN{"C 09 0002 0000", "C 03 0002 0000", "C 06 013E 0000", "C 00 0001 0000", "C 00 0002 0000"};
 
 Lines operator+(Lines a, const Lines& b) {
     a.insert(a.end(), b.begin(), b.end());
@@ -41,11 +41,12 @@ TEST_CASE("a boot is this sequence of requests and bytes and no other") {
 TEST_CASE("the event character is set only where it is wanted, at run time") {
     Session s;
     pal_falcon_config config = Session::config_for(s.device.image);
-    config.boot.event_char = true;
+    config.boot.event_char = false;
+    config.boot.run_latency_ms = 1;
     REQUIRE(s.start(config) == PAL_FALCON_OK);
     REQUIRE(s.run_to(PAL_FALCON_HOMING));
-    const Lines chars = lines(s.device.log, "C 06");
-    CHECK(chars == Lines{"C 06 0000 0000", "C 06 013E 0000"});
+    CHECK(lines(s.device.log, "C 06") == Lines{"C 06 0000 0000"});
+    CHECK(lines(s.device.log, "C 09 0001") == Lines{"C 09 0001 0000"});
 }
 
 TEST_CASE("a long image goes out in chunks of 62 bytes, each after the echo of the one before") {
