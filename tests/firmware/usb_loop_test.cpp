@@ -88,8 +88,10 @@ TEST_CASE(
         const json device = device_status();
         homed = device["boots"] == 2 && device["homed"] == true;
     }
-    const std::uint32_t then = host.tick();
-    while (host.tick() < then + 500) REQUIRE(host.comes_to(PAL_STATE_FAULT));
+    for (const std::uint32_t then = host.tick(); host.tick() < then + 500;) {
+        poll(nullptr, 0, 2);
+        REQUIRE(host.comes_to(PAL_STATE_FAULT));
+    }
     host.enable(false);
     REQUIRE(host.comes_to(PAL_STATE_PAUSED));
     host.enable(true);

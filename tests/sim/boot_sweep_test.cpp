@@ -3,136 +3,16 @@
 // stage, and no force is left on.
 #include <array>
 #include <catch2/catch.hpp>
-#include <memory>
+#include <cstdlib>
+#include <random>
 
-#include "firmware/falcon/falcon.h"
-#include "tests/sim/plain_host.hpp"
+#include "tests/sim/driver_rig.hpp"
 
 namespace {
 
-using palpate::test::boot_image;
-using palpate::test::Bytes;
+using palpate::test::Rig;
 
-constexpr std::uint64_t TRANSFER_US = 125;  // of a control request or write
 constexpr std::uint64_t FOREVER_US = 1000000000;
-
-// What libusb would be: carries out the driver's steps on the device.
-class Rig {
-public:
-    pal_usb_device_config device_config = pal_usb_device_config_default();
-    pal_falcon_config config = pal_falcon_config_default();
-    pal_falcon falcon{};
-    std::uint64_t now_us = 0;
-
-    Rig() {
-        device_config.falcon.n_substeps = 1;  // the mechanics matter little here
-        device_config.loader.autobaud_fail_per_million = 0;
-        config.boot.image = image_.data();
-        config.boot.n_image_bytes = image_.size();
-        config.boot.n_attempts = 3;
-        config.boot.n_asks = 3;
-        config.boot.n_first = 3;
-    }
-
-    void start(const std::vector<pal_usb_fault>& faults) {
-        device_config.faults = faults.data();
-        device_config.n_faults = faults.size();
-        REQUIRE(pal_usb_device_init(device_.get(), &device_config));
-        REQUIRE(pal_falcon_init(&falcon, &config) == PAL_FALCON_OK);
-    }
-
-    /// Until the boot ended, well or not, and for `more_us` beyond.
-    void run(std::uint64_t more_us, std::uint64_t limit_us = 20000000) {
-        const std::uint64_t limit = now_us + limit_us;
-        std::uint64_t end = limit;
-        while (now_us < end) {
-            step();
-            if (end == limit && falcon.state != PAL_FALCON_BOOTING) end = now_us + more_us;
-        }
-        REQUIRE(falcon.state != PAL_FALCON_BOOTING);
-    }
-
-    void stop() {
-        pal_falcon_stop(&falcon);
-        for (int n = 0; n < 5000 && !pal_falcon_done(&falcon); ++n) step();
-        REQUIRE(pal_falcon_done(&falcon));
-        advance(now_us + 5000);
-    }
-
-    [[nodiscard]] pal_falcon_status status() const {
-        pal_falcon_status now;
-        pal_falcon_status_read(&falcon, &now);
-        return now;
-    }
-    [[nodiscard]] pal_usb_device_truth truth() const { return pal_usb_device_read(device_.get()); }
-    [[nodiscard]] std::size_t n_image_bytes() const { return image_.size(); }
-    [[nodiscard]] pal_usb_device* device() { return device_.get(); }
-
-    /// No request ever asked for a force, and none acts.
-    void check_no_force() const {
-        for (const std::int16_t word : truth().motor_counts) CHECK(word == 0);
-        for (const std::int16_t word : falcon.force.words) CHECK(word == 0);
-    }
-
-    void step() {
-        const pal_usb_step s = pal_falcon_next(&falcon, now_us);
-        int result = 0;
-        if (s.kind == PAL_USB_CONTROL) {
-            const std::uint8_t setup[8] = {PAL_FTDI_REQUEST_TYPE,
-                                           s.request,
-                                           static_cast<std::uint8_t>(s.value & 0xFFU),
-                                           static_cast<std::uint8_t>(s.value >> 8U),
-                                           static_cast<std::uint8_t>(s.index & 0xFFU),
-                                           static_cast<std::uint8_t>(s.index >> 8U),
-                                           0,
-                                           0};
-            result = pal_usb_device_control(device_.get(), setup, nullptr, 0);
-            advance(now_us + TRANSFER_US);
-        } else if (s.kind == PAL_USB_WRITE) {
-            result = write(s);
-            advance(now_us + TRANSFER_US);
-        } else {
-            result = read(now_us + s.wake_us);
-        }
-        if (result < 0) pal_falcon_transfer_failed(&falcon, result == PAL_USB_GONE, now_us);
-    }
-
-private:
-    Bytes image_ = boot_image(50);  // 130 bytes: 62 + 62 + 6
-    std::unique_ptr<pal_usb_device> device_ = std::make_unique<pal_usb_device>();
-
-    void advance(std::uint64_t us) {
-        now_us = us;
-        pal_usb_device_advance(device_.get(), us);
-    }
-
-    int write(const pal_usb_step& s) {
-        for (int n = 0; n < 1000; ++n) {
-            const int result = pal_usb_device_out(device_.get(), s.bytes, s.n_bytes);
-            if (result != 0) return result;
-            advance(now_us + 100);  // no room yet
-        }
-        return PAL_USB_STALL;
-    }
-
-    int read(std::uint64_t until_us) {
-        std::uint8_t packet[PAL_USB_PACKET_BYTES];
-        while (now_us < until_us) {
-            const int n = pal_usb_device_in(device_.get(), packet);
-            if (n < 0) {
-                advance(now_us + 1000);
-                return n;
-            }
-            if (n > 0) {
-                pal_falcon_feed(&falcon, packet, static_cast<std::size_t>(n), now_us);
-                return n;
-            }
-            const std::uint64_t next_us = std::max(pal_usb_device_next_us(device_.get()), now_us + 1);
-            advance(std::min(next_us, until_us));
-        }
-        return 0;
-    }
-};
 
 pal_usb_fault boot_fault(int stage, std::uint32_t byte, bool once) {
     pal_usb_fault fault = pal_usb_fault_of(PAL_USB_FAULT_BOOT_FAIL);
@@ -302,6 +182,53 @@ TEST_CASE("a homed device gets the force that was asked for, and none after ever
         CHECK((rig.falcon.faults_seen & PAL_FALCON_DRIVE_STALE) != 0);
     }
     rig.check_no_force();
+}
+
+TEST_CASE(
+    "a plug pulled at a random moment stops the driver at zero force, and it goes on after boot and homing") {
+    const int n_times = std::getenv("PALPATE_SOAK") != nullptr ? 500 : 50;
+    std::mt19937_64 random(1);
+    int n_driven = 0;
+    for (int time = 0; time < n_times; ++time) {
+        Rig rig;
+        rig.device_config.falcon.start_m[2] = 0.076;  // at the inner stop: homed as soon as homing is on
+        rig.device_config.falcon.gravity_m_per_s2 = 0.0;
+        rig.device_config.falcon.n_substeps =
+            pal_falcon_sim_config_default().n_substeps;  // leans on the stop
+        rig.config.force.ramp_us = 10000;
+        pal_usb_fault fault = pal_usb_fault_of(PAL_USB_FAULT_UNPLUG);
+        fault.at_us = 1 + random() % 300000;
+        fault.for_us = 20000 + random() % 200000;
+        CAPTURE(fault.at_us, fault.for_us);
+        rig.start({fault});
+        const std::array<float, 3> force_n{0.0F, 0.0F,
+                                           -1.0F};  // against the stop, or it could not home again
+        const auto drive_until = [&](std::uint64_t us) {
+            while (rig.now_us < us && rig.falcon.state != PAL_FALCON_FAULT) {
+                rig.step();
+                pal_falcon_drive(&rig.falcon, force_n.data(), 8.0F, 0);
+            }
+        };
+        drive_until(fault.at_us + 50000);
+        CHECK(rig.falcon.state == PAL_FALCON_FAULT);
+        CHECK(rig.status().failure == PAL_FAIL_UNPLUGGED);
+        n_driven += rig.falcon.exchange.n_replies > 20;
+        CHECK(rig.now_us < fault.at_us + 5000);  // it is known at the next transfer, not after a time-out
+        // The motors are let go by the device's watchdog at the latest; then the plug comes back.
+        const std::uint64_t back_us = fault.at_us + fault.for_us;
+        rig.wait_until(fault.at_us + std::min<std::uint64_t>(fault.for_us, 110000));
+        if (fault.for_us > 105000) {
+            for (const std::int16_t word : rig.truth().motor_counts) CHECK(word == 0);
+        }
+        rig.wait_until(back_us + 1000);
+        REQUIRE(pal_falcon_init(&rig.falcon, &rig.config) == PAL_FALCON_OK);
+        drive_until(rig.now_us + 400000);
+        CHECK(rig.falcon.state == PAL_FALCON_READY);
+        CHECK(rig.falcon.force.words[0] != 0);
+        rig.stop();
+        rig.check_no_force();
+    }
+    CHECK(n_driven > n_times / 3);
 }
 
 TEST_CASE("an autobaud that fails three times in four is helped by the slower rates") {
