@@ -59,6 +59,10 @@ static void follow_path(pal_hand* hand) {
 }
 
 void pal_hand_advance(pal_hand* hand, bool homed, const double at_m[3]) {
+    if (hand->homed_tick != 0 && !homed) {  // it was started anew: home it again, then the path again
+        hand->tick = hand->homed_tick = hand->path_tick = 0;
+        hand->segment = 0;
+    }
     if (hand->tick == 0) memcpy(hand->from_m, at_m, sizeof hand->from_m);
     ++hand->tick;
     if (hand->homed_tick == 0 && !homed) {

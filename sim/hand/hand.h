@@ -39,7 +39,8 @@ typedef struct pal_hand {
 } pal_hand;
 
 void pal_hand_init(pal_hand* hand, const pal_hand_config* config);
-/// Moves the equilibrium on by 1 ms. `homed`: the device says so; `at_m`: where the effector is.
+/// Moves the equilibrium on by 1 ms. `homed`: the device says so; when it no longer does, the hand homes it
+/// again and begins its path anew. `at_m`: where the effector is.
 void pal_hand_advance(pal_hand* hand, bool homed, const double at_m[3]);
 /// The hand's force at a position and velocity; context is the pal_hand.
 void pal_hand_push(const void* context, const double position_m[3], const double velocity_m_per_s[3],

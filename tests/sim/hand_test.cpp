@@ -78,6 +78,20 @@ TEST_CASE("the path begins exactly wait_ticks after homing") {
     }
 }
 
+TEST_CASE("a device that starts anew is homed again, and the path begins anew") {
+    Case c(50);
+    c.run(500, false);
+    c.run(200, true);
+    REQUIRE(c.hand.path_tick > 0);
+    c.run(500, false);
+    CHECK(distance(c.hand.target_m, {0, 0, 0.07}) == 0);
+    CHECK(c.hand.path_tick == 0);
+    c.run(50, true);
+    CHECK(c.hand.path_tick == 0);
+    c.run(1, true);
+    CHECK(c.hand.path_tick == 1);
+}
+
 TEST_CASE("the way to the path's start has no jump") {
     Case c(100);
     c.run(250, false);  // homed while still moving in
