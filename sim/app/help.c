@@ -43,6 +43,7 @@ const char PAL_HELP[] =
     "  --serial TEXT       of the first one\n"
     "  --faults FILE       what goes wrong and when, a line each: \"unplug at_s=2 for_s=0.1\" "
     "(docs/PROTOCOL.md)\n"
+    "  --pcap FILE         all USB transfers as a usbmon capture, for Wireshark\n"
     "  --bus FOLDER        where it is served; run: a new one in /tmp; else $PALPATE_FALCON_BUS or "
     "/tmp/palpate-falcon-UID\n"
     "  --device N          of fault: only the Nth; all\n"

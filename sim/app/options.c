@@ -89,6 +89,7 @@ typedef enum option_id {
     OPTION_LISTEN,
     OPTION_PORT,
     OPTION_DEVICE,
+    OPTION_PCAP,
     N_OPTIONS
 } option_id;
 
@@ -118,6 +119,7 @@ static const struct option known[] = {
     {"listen", required_argument, NULL, OPTION_LISTEN},
     {"port", required_argument, NULL, OPTION_PORT},
     {"device", required_argument, NULL, OPTION_DEVICE},
+    {"pcap", required_argument, NULL, OPTION_PCAP},
     {NULL, 0, NULL, 0},
 };
 
@@ -178,6 +180,9 @@ static const char* take_usb(int id, const char* value, pal_options* o) {
             return NULL;
         case OPTION_FAULTS:
             o->faults_file = value;
+            return NULL;
+        case OPTION_PCAP:
+            o->pcap_file = value;
             return NULL;
         case OPTION_LISTEN:
             o->listen = value;

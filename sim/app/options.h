@@ -28,6 +28,7 @@ typedef struct pal_options {
     const char* bus;  ///< folder; NULL: the usual one
     const char* serial;
     const char* faults_file;
+    const char* pcap_file;  ///< NULL: no capture
     unsigned long long n_devices, packets_per_frame;
     pal_host_timing timing;
     pal_usb_device_config device;

@@ -34,6 +34,7 @@ static struct {
     pal_bus bus;
     pal_usbfs_server usbfs;
     pal_usbip usbip;
+    pal_usbmon capture;
 } g;
 
 typedef struct service {
@@ -180,6 +181,13 @@ int pal_usb_serve(pal_options* options, const char* folder, int ready_fd) {
         good = false;
         (void)snprintf(why, sizeof why, "device %u: a parameter makes no sense", (unsigned)bad + 1);
     }
+    g.capture.fd = -1;
+    (void)signal(SIGPIPE, SIG_IGN);  // FILE may be a pipe whose reader leaves
+    if (good && options->pcap_file && !pal_bus_capture(&g.bus, &g.capture, options->pcap_file)) {
+        good = false;
+        (void)snprintf(why, sizeof why, "--pcap %s: %s; name a file that can be written", options->pcap_file,
+                       strerror(errno));
+    }
     int code = good ? 0 : PAL_EXIT_BAD_INPUT;
     if (good) {
         s.signals = open_signals();
@@ -196,6 +204,11 @@ int pal_usb_serve(pal_options* options, const char* folder, int ready_fd) {
             code = PAL_EXIT_LINK;
         }
         close_all(&s, folder, open);
+    }
+    if (!pal_usbmon_close(&g.capture)) {
+        code = code ? code : PAL_EXIT_LINK;
+        (void)snprintf(why, sizeof why, "--pcap %s: %s; the capture ends early", options->pcap_file,
+                       strerror(g.capture.reason));
     }
     if (code != 0) (void)fprintf(stderr, "palpate-falcon-sim: %s\n", why);
     pal_devices_free(&g.devices);

@@ -18,9 +18,9 @@ enum {
 };
 
 // Arrays of characters, not of pointers: nothing here is written by a loader.
-static const char NAMES[PAL_USB_FAULT_KINDS][10] = {"drop",      "delay",  "split",  "duplicate",
-                                                    "corrupt",   "stall",  "unplug", "power-out",
-                                                    "boot-fail", "freeze", "jump",   "babble"};
+static const char NAMES[PAL_USB_FAULT_KINDS][10] = {"drop",  "delay",  "split",     "duplicate", "corrupt",
+                                                    "stall", "unplug", "power-out", "boot-fail", "freeze",
+                                                    "jump",  "babble", "slow-host"};
 
 /// What may stand behind a kind besides at_s, for_s and n.
 typedef enum field {
@@ -53,6 +53,7 @@ static const uint32_t FIELDS[PAL_USB_FAULT_KINDS] = {
     F_AT | F_FOR | F_AXIS,
     F_AT | F_AXIS | F_COUNTS,
     F_AT | F_FOR | F_N | F_LENGTH | F_EVERY,
+    F_AT | F_FOR | F_N | F_EVERY,
 };
 
 pal_usb_fault pal_usb_fault_of(pal_usb_fault_kind kind) {
@@ -67,7 +68,7 @@ pal_usb_fault pal_usb_fault_of(pal_usb_fault_kind kind) {
     fault.length = 16;
     fault.counts = 100;
     fault.by_us = 1000;
-    fault.every_us = 1000;
+    fault.every_us = kind == PAL_USB_FAULT_SLOW_HOST ? 0 : 1000;
     return fault;
 }
 
@@ -80,7 +81,7 @@ const char* pal_usb_fault_problem(const pal_usb_fault* f) {
     if ((unsigned)f->kind >= PAL_USB_FAULT_KINDS) return "the kind is unknown";
     if (f->at_us > longest_us || f->for_us > longest_us) return "at_s and for_s are at most 1000000";
     if ((f->kind == PAL_USB_FAULT_UNPLUG || f->kind == PAL_USB_FAULT_POWER_OUT ||
-         f->kind == PAL_USB_FAULT_FREEZE) &&
+         f->kind == PAL_USB_FAULT_FREEZE || f->kind == PAL_USB_FAULT_SLOW_HOST) &&
         f->for_us == 0) {
         return "how long is missing: write for_s above 0, such as for_s=0.1";
     }
@@ -93,7 +94,13 @@ const char* pal_usb_fault_problem(const pal_usb_fault* f) {
     if (f->length < 1 || f->length > LENGTH_MAX) return "length is 1 to 64";
     if (f->counts < -COUNTS_MAX || f->counts > COUNTS_MAX) return "counts is -32767 to 32767";
     if (f->by_us > longest_us || f->gap_us > longest_us) return "by_s and gap_s are at most 1000000";
-    if (f->every_us < 1 || f->every_us > longest_us) return "every_s is 0.000001 to 1000000";
+    if (f->kind == PAL_USB_FAULT_SLOW_HOST) {
+        if (f->n > 0 && f->every_us == 0) return "n needs every_s, such as every_s=1";
+        if (f->every_us > 0 && f->every_us <= f->for_us) return "every_s is longer than for_s";
+    } else if (f->every_us < 1) {
+        return "every_s is 0.000001 to 1000000";
+    }
+    if (f->every_us > longest_us) return "every_s is 0.000001 to 1000000";
     return NULL;
 }
 
@@ -325,8 +332,7 @@ static int read_line(span rest, uint32_t line, pal_usb_fault* fault, pal_usb_fau
     if (which == PAL_USB_FAULT_KINDS) {
         return complain(error, line, kind,
                         "no such fault; there are drop delay split duplicate corrupt stall unplug power-out "
-                        "boot-fail freeze "
-                        "jump babble");
+                        "boot-fail freeze jump babble slow-host");
     }
     *fault = pal_usb_fault_of((pal_usb_fault_kind)which);
     uint32_t seen = 0;

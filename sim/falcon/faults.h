@@ -3,9 +3,11 @@
 ///     unplug at_s=2 for_s=0.1
 ///     corrupt at_s=1.5 for_s=0.2 p=0.01 dir=in
 ///     split at_s=3 byte=14
+///     slow-host at_s=2 for_s=0.05 every_s=1
 ///
 /// `#` begins a comment. A fault begins at `at_s` (default 0: at once) and ends `for_s` later, or after it
-/// has struck `n` times. Without for_s it strikes once, or `n` times.
+/// has struck `n` times. Without for_s it strikes once, or `n` times. A slow-host with every_s comes back,
+/// each time for for_s.
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
@@ -28,6 +30,10 @@ typedef enum pal_usb_fault_kind {
     PAL_USB_FAULT_FREEZE,     ///< the encoder of `axis` (0: all) stands still for for_s
     PAL_USB_FAULT_JUMP,       ///< the counter of `axis` (0: all) jumps by `counts`
     PAL_USB_FAULT_BABBLE,     ///< `length` bytes that nobody asked for, every every_s
+    /// For for_s no bulk token reaches the device, as from a host too busy to send any: IN and OUT wait, also
+    /// at a halted endpoint. The device's own time goes on: timers, buffers, watchdog. Control transfers are
+    /// answered as ever: in this model they take no time.
+    PAL_USB_FAULT_SLOW_HOST,
     PAL_USB_FAULT_KINDS
 } pal_usb_fault_kind;
 
@@ -59,7 +65,8 @@ typedef struct pal_usb_fault {
     int32_t counts;        ///< jump
     uint64_t by_us;        ///< delay
     uint64_t gap_us;       ///< split; 0: the rest is ready at once
-    uint64_t every_us;     ///< babble, at least 1
+    uint64_t every_us;  ///< babble, at least 1; slow-host: from one beginning to the next, more than for_us;
+                        ///< 0: once
 } pal_usb_fault;
 
 enum { PAL_USB_FAULTS_MAX = 64 };

@@ -200,6 +200,7 @@ int pal_usb_device_control(pal_usb_device* device, const uint8_t setup[8], uint8
 
 int pal_usb_device_out(pal_usb_device* device, const uint8_t* bytes, size_t n_bytes) {
     if (!device->plugged) return PAL_USB_GONE;
+    if (device->no_tokens) return 0;
     if (!pal_usb_usable(device, PAL_USB_FAULT_EP_OUT) || n_bytes > PAL_USB_PACKET_BYTES) return PAL_USB_STALL;
     if (n_bytes > PAL_BRIDGE_OUT_BYTES - device->bridge.n_out) return 0;
     pal_usb_fault fault;
@@ -247,6 +248,7 @@ static int take_packet(pal_usb_device* d, uint8_t packet[PAL_USB_PACKET_BYTES]) 
 
 int pal_usb_device_in(pal_usb_device* device, uint8_t packet[PAL_USB_PACKET_BYTES]) {
     if (!device->plugged) return PAL_USB_GONE;
+    if (device->no_tokens) return 0;
     if (!pal_usb_usable(device, PAL_USB_FAULT_EP_IN)) return PAL_USB_STALL;
     if (device->n_again > 0) {
         const int n = device->n_again;

@@ -90,6 +90,7 @@ typedef struct pal_usb_device {
     uint8_t halted;   ///< pal_usb_fault_endpoint bits
     uint8_t configuration, address;
     bool remote_wakeup, plugged, powered;
+    bool no_tokens;  ///< a slow host sends none to the bulk endpoints
     uint32_t n_requests, n_replies, n_strikes;
 } pal_usb_device;
 
@@ -127,10 +128,11 @@ uint64_t pal_usb_device_next_us(const pal_usb_device* device);
 /// A control transfer: standard requests and those of the FT232R. `n_bytes`: of data, at most wLength. >= 0:
 /// bytes of data; PAL_USB_STALL; PAL_USB_GONE.
 int pal_usb_device_control(pal_usb_device* device, const uint8_t setup[8], uint8_t* data, size_t n_bytes);
-/// A bulk OUT packet of at most 64 bytes on endpoint 0x02: n_bytes; 0: NAK, the chip has no room;
-/// PAL_USB_STALL; PAL_USB_GONE.
+/// A bulk OUT packet of at most 64 bytes on endpoint 0x02: n_bytes; 0: NAK, the chip has no room, or a slow
+/// host got nothing through; PAL_USB_STALL; PAL_USB_GONE.
 int pal_usb_device_out(pal_usb_device* device, const uint8_t* bytes, size_t n_bytes);
-/// A bulk IN packet on endpoint 0x81: bytes, two of status first; 0: NAK; PAL_USB_STALL; PAL_USB_GONE.
+/// A bulk IN packet on endpoint 0x81: bytes, two of status first; 0: NAK or a slow host; PAL_USB_STALL;
+/// PAL_USB_GONE.
 int pal_usb_device_in(pal_usb_device* device, uint8_t packet[PAL_USB_PACKET_BYTES]);
 /// False while a fault has the plug out.
 bool pal_usb_device_present(const pal_usb_device* device);

@@ -111,6 +111,10 @@ static void begin(pal_usb_device* d, pal_usb_active_fault* f) {
         case PAL_USB_FAULT_FREEZE:
             ++d->n_strikes;
             break;
+        case PAL_USB_FAULT_SLOW_HOST:  // its end is that of for_us, not that of a strike
+            ++d->n_strikes;
+            ++f->n_struck;
+            break;
         default:
             break;
     }
@@ -136,11 +140,22 @@ static uint64_t due_us(const pal_usb_active_fault* f) {
     return due;
 }
 
+/// The time of a fault is over: it ends, or begins once more later.
+static void end(pal_usb_active_fault* f) {
+    const bool again = f->fault.kind == PAL_USB_FAULT_SLOW_HOST && f->fault.every_us > 0 &&
+                       (f->fault.n == 0 || f->n_struck < f->fault.n);
+    f->ended = !again;
+    if (!again) return;
+    f->begun = false;
+    f->begin_us += f->fault.every_us;
+    f->end_us = f->begin_us + f->fault.for_us;
+}
+
 static void turn_one(pal_usb_device* d, pal_usb_active_fault* f, uint64_t at_us) {
     if (!f->begun && f->begin_us <= at_us) begin(d, f);
     if (!is_active(f)) return;
     if (f->fault.for_us > 0 && f->end_us <= at_us) {
-        f->ended = true;
+        end(f);
     } else if (f->fault.kind == PAL_USB_FAULT_BABBLE && f->next_us <= at_us) {
         babble(d, f);
     }
@@ -165,22 +180,25 @@ static void set_dsp_power(pal_usb_device* d, bool on) {
     d->n_line = 0;
 }
 
-/// Plug, supply and encoders as the active faults want them.
+/// Plug, supply, tokens and encoders as the active faults want them.
 static void follow(pal_usb_device* d, uint64_t at_us) {
     bool plugged = true;
     bool powered = true;
+    bool tokens = true;
     uint8_t frozen = 0;
     for (uint32_t i = 0; i < d->n_faults; ++i) {
         const pal_usb_active_fault* f = &d->faults[i];
         if (!is_active(f)) continue;
         if (f->fault.kind == PAL_USB_FAULT_UNPLUG) plugged = false;
         if (f->fault.kind == PAL_USB_FAULT_POWER_OUT) powered = false;
+        if (f->fault.kind == PAL_USB_FAULT_SLOW_HOST) tokens = false;
         if (f->fault.kind != PAL_USB_FAULT_FREEZE) continue;
         const int axis = f->fault.axis;
         frozen = (uint8_t)(frozen | (axis ? 1 << (axis - 1) : ALL_AXES));
     }
     set_plugged(d, plugged, at_us);
     d->powered = powered;
+    d->no_tokens = !tokens;
     set_dsp_power(d, powered && (plugged || d->config.unplug_keeps_firmware));
     if (frozen != d->falcon.frozen) pal_falcon_sim_freeze(&d->falcon, frozen);
 }

@@ -78,7 +78,7 @@ static uint64_t sent_clock(const pal_usb_device* d) {
 uint64_t pal_usb_device_next_us(const pal_usb_device* device) {
     const uint64_t now = device->now_us;
     uint64_t at = device->fault_us;
-    if (device->plugged) {
+    if (device->plugged && !device->no_tokens) {
         if (!pal_usb_usable(device, PAL_USB_FAULT_EP_IN) || device->n_again > 0) return now;
         const uint64_t held = device->split_us > device->hold_us ? device->split_us : device->hold_us;
         if (held > now) {

@@ -56,7 +56,14 @@ int pal_bus_control(pal_bus_port* port, uint8_t type, uint8_t request, uint16_t 
                               (uint8_t)(index >> 8),
                               (uint8_t)(n_bytes & 0xFFU),
                               (uint8_t)(n_bytes >> 8)};
-    return device_control(&port->device, setup, data, n_bytes);
+    pal_urb urb = {.data = data, .n_bytes = n_bytes, .status = PAL_HOST_PENDING};
+    memcpy(urb.setup, setup, sizeof setup);
+    if (port->capture) pal_usbmon_see(port->capture, (uint8_t)port->number, &urb, port->host.now_us);
+    const int n = device_control(&port->device, setup, data, n_bytes);
+    urb.status = n >= 0 ? PAL_HOST_OK : n == PAL_HOST_DEVICE_STALLS ? PAL_HOST_STALLED : PAL_HOST_GONE;
+    urb.n_done = n > 0 ? (uint32_t)n : 0;
+    if (port->capture) pal_usbmon_see(port->capture, (uint8_t)port->number, &urb, port->host.now_us);
+    return n;
 }
 
 /// String descriptor `index` in ASCII; empty when there is none.
@@ -76,6 +83,7 @@ static void read_text(pal_bus_port* port, uint8_t index, char out[PAL_BUS_TEXT_B
 
 /// What a kernel does with a device that was plugged in. False when it does not answer as a device must.
 static bool enumerate(pal_bus* bus, pal_bus_port* port) {
+    port->number = bus->last_number < NUMBER_MAX ? bus->last_number + 1 : 2;
     const int n_device = pal_bus_control(port, FROM_DEVICE, GET_DESCRIPTOR, DESCRIPTOR_DEVICE << 8, 0,
                                          port->device_descriptor, sizeof port->device_descriptor);
     if (n_device != (int)sizeof port->device_descriptor) return false;
@@ -88,15 +96,18 @@ static bool enumerate(pal_bus* bus, pal_bus_port* port) {
     read_text(port, port->device_descriptor[16], port->serial);
     if (pal_bus_control(port, TO_DEVICE, SET_CONFIGURATION, port->configuration[5], 0, NULL, 0) < 0)
         return false;
-    bus->last_number = bus->last_number < NUMBER_MAX ? bus->last_number + 1 : 2;
-    port->number = bus->last_number;
+    bus->last_number = port->number;
     return true;
 }
 
-static uint64_t monotonic_us(void) {
+static uint64_t clock_us(clockid_t clock) {
     struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    (void)clock_gettime(clock, &now);
     return (uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U;
+}
+
+static uint64_t monotonic_us(void) {
+    return clock_us(CLOCK_MONOTONIC);
 }
 
 bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n_configs,
@@ -111,6 +122,21 @@ bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n
         const pal_host_device wire = wire_of(&port->device);
         pal_host_init(&port->host, &wire, timing, packets_per_frame);
         ++bus->n_ports;
+    }
+    return true;
+}
+
+static void see(void* context, pal_urb* urb, uint64_t now_us) {
+    const pal_bus_port* port = context;
+    pal_usbmon_see(port->capture, (uint8_t)port->number, urb, now_us);
+}
+
+bool pal_bus_capture(pal_bus* bus, pal_usbmon* capture, const char* file) {
+    const uint64_t age_us = monotonic_us() - bus->begin_us;
+    if (!pal_usbmon_open(capture, file, clock_us(CLOCK_REALTIME) - age_us)) return false;
+    for (uint32_t i = 0; i < bus->n_ports; ++i) {
+        bus->ports[i].capture = capture;
+        pal_host_watch(&bus->ports[i].host, see, &bus->ports[i]);
     }
     return true;
 }

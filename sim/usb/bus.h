@@ -6,6 +6,7 @@
 
 #include "sim/falcon/usb_device.h"
 #include "sim/usb/host_controller.h"
+#include "sim/usb/pcap.h"
 
 enum { PAL_BUS_DEVICES_MAX = 8, PAL_BUS_TEXT_BYTES = 128, PAL_BUS_DESCRIPTOR_BYTES = 512 };
 
@@ -20,6 +21,7 @@ typedef struct pal_bus_port {
     uint8_t configuration[PAL_BUS_DESCRIPTOR_BYTES];
     uint32_t n_configuration;
     char manufacturer[PAL_BUS_TEXT_BYTES], product[PAL_BUS_TEXT_BYTES], serial[PAL_BUS_TEXT_BYTES];
+    pal_usbmon* capture;  ///< NULL: none
 } pal_bus_port;
 
 typedef struct pal_bus {
@@ -34,6 +36,8 @@ typedef struct pal_bus {
 /// One device for each configuration. False when one makes no sense, its index in *bad.
 bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n_configs,
                   pal_host_timing timing, uint32_t packets_per_frame, uint32_t* bad);
+/// Begins a capture of all that passes to FILE, until pal_usbmon_close. False: errno says why.
+bool pal_bus_capture(pal_bus* bus, pal_usbmon* capture, const char* file);
 /// Reads the clock and brings every device and controller up to it. A long stop of the process is left out.
 void pal_bus_advance(pal_bus* bus);
 /// Microseconds until advance has something to do; at most `most_us`.

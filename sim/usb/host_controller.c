@@ -45,12 +45,22 @@ static pal_host_queue* queue_of(pal_host* host, uint8_t endpoint) {
     return endpoint == ENDPOINT_OUT ? &host->out : NULL;
 }
 
+static void tell_watcher(const pal_host* host, pal_urb* urb) {
+    if (host->watcher) host->watcher(host->watcher_context, urb, host->now_us);
+}
+
+/// `urb`, which is in no queue any more, has ended.
+static void end(pal_host* host, pal_urb* urb, int32_t status) {
+    urb->status = status;
+    append(&host->done, urb);
+    tell_watcher(host, urb);
+}
+
 /// The first of `queue` has ended.
 static void finish(pal_host* host, pal_host_queue* queue, int32_t status) {
     pal_urb* urb = take_first(queue);
     if (status == PAL_HOST_OK && urb->short_is_error && urb->n_done < urb->n_bytes) status = PAL_HOST_SHORT;
-    urb->status = status;
-    append(&host->done, urb);
+    end(host, urb, status);
 }
 
 static bool refused(pal_host* host, pal_host_queue* queue, int answer) {
@@ -156,6 +166,11 @@ void pal_host_init(pal_host* host, const pal_host_device* device, pal_host_timin
     host->packets_per_frame = packets_per_frame < 1 ? 1 : packets_per_frame > most ? most : packets_per_frame;
 }
 
+void pal_host_watch(pal_host* host, pal_host_watcher watcher, void* context) {
+    host->watcher = watcher;
+    host->watcher_context = context;
+}
+
 int pal_host_submit(pal_host* host, pal_urb* urb, uint64_t now_us) {
     pal_host_queue* queue = queue_of(host, urb->endpoint);
     if (!queue) return PAL_HOST_NO_ENDPOINT;
@@ -165,6 +180,7 @@ int pal_host_submit(pal_host* host, pal_urb* urb, uint64_t now_us) {
     urb->n_done = 0;
     urb->frame = host->now_us / PAL_HOST_FRAME_US;
     append(queue, urb);
+    tell_watcher(host, urb);
     host->fresh = true;
     return PAL_HOST_OK;
 }
@@ -172,8 +188,7 @@ int pal_host_submit(pal_host* host, pal_urb* urb, uint64_t now_us) {
 bool pal_host_cancel(pal_host* host, pal_urb* urb) {
     pal_host_queue* queue = queue_of(host, urb->endpoint);
     if (!queue || !take(queue, urb)) return false;
-    urb->status = PAL_HOST_CANCELLED;
-    append(&host->done, urb);
+    end(host, urb, PAL_HOST_CANCELLED);
     return true;
 }
 
@@ -195,8 +210,7 @@ void pal_host_end(pal_host* host, const void* owner, int32_t status) {
             following = urb->next;
             if (owner && urb->owner != owner) continue;
             (void)take(queues[i], urb);
-            urb->status = status;
-            append(&host->done, urb);
+            end(host, urb, status);
         }
     }
 }

@@ -60,6 +60,7 @@ typedef struct pal_urb {
     bool short_is_error;  ///< fewer bytes than n_bytes end in PAL_HOST_SHORT
     uint64_t tag;         ///< the caller's
     void* owner;          ///< the caller's
+    uint64_t id;          ///< the watcher's
 
     int32_t status;   ///< PAL_HOST_*
     uint32_t n_done;  ///< bytes moved, also when it failed
@@ -73,6 +74,9 @@ typedef struct pal_host_queue {
     uint32_t n_served;  ///< packets in the present frame
 } pal_host_queue;
 
+/// Sees each URB twice: queued, with status PAL_HOST_PENDING, and ended.
+typedef void (*pal_host_watcher)(void* context, pal_urb* urb, uint64_t now_us);
+
 typedef struct pal_host {
     pal_host_device device;
     pal_host_timing timing;
@@ -81,11 +85,15 @@ typedef struct pal_host {
     uint64_t out_retry_us;  ///< an OUT that the device had no room for is not tried before
     bool fresh;             ///< something was submitted since the device was last looked at
     pal_host_queue control, in, out, done;
+    pal_host_watcher watcher;
+    void* watcher_context;
 } pal_host;
 
 /// `packets_per_frame` counts per endpoint, 1..19; 1 is what was measured with a Falcon (FALCON §6).
 void pal_host_init(pal_host* host, const pal_host_device* device, pal_host_timing timing,
                    uint32_t packets_per_frame);
+/// Who sees every URB from now on; NULL: nobody.
+void pal_host_watch(pal_host* host, pal_host_watcher watcher, void* context);
 /// Queues `urb`. PAL_HOST_OK, PAL_HOST_GONE or PAL_HOST_NO_ENDPOINT; then the URB stays the caller's.
 int pal_host_submit(pal_host* host, pal_urb* urb, uint64_t now_us);
 /// Ends a queued URB with PAL_HOST_CANCELLED; it is then reaped as any other. False when it has ended

@@ -41,9 +41,11 @@ TEST_CASE("a scenario is read line by line: kinds, times, parameters, comments")
         "split byte=3 gap_s=0.002 n=7\n"
         "stall ep=control for_s=1\n"
         "babble length=3 every_s=0.01 for_s=1000000\n"
-        "delay by_s=.5 dir=out");
+        "delay by_s=.5 dir=out\n"
+        "slow-host at_s=2 for_s=0.05\n"
+        "slow-host for_s=0.05 every_s=0.25 n=4");
     INFO(parsed.message);
-    REQUIRE(parsed.n == 8);
+    REQUIRE(parsed.n == 10);
     const auto& f = parsed.faults;
     CHECK(f[0].kind == PAL_USB_FAULT_UNPLUG);
     CHECK(f[0].at_us == 2000000);
@@ -65,6 +67,12 @@ TEST_CASE("a scenario is read line by line: kinds, times, parameters, comments")
     CHECK(f[6].every_us == 10000);
     CHECK(f[7].by_us == 500000);
     CHECK(f[7].dir == PAL_USB_FAULT_OUT);
+    CHECK(f[8].kind == PAL_USB_FAULT_SLOW_HOST);
+    CHECK(f[8].at_us == 2000000);
+    CHECK(f[8].for_us == 50000);
+    CHECK(f[8].every_us == 0);
+    CHECK(f[9].every_us == 250000);
+    CHECK(f[9].n == 4);
 }
 
 TEST_CASE("a line that is wrong is refused with its number, what is wrong and what would be right") {
@@ -90,7 +98,12 @@ TEST_CASE("a line that is wrong is refused with its number, what is wrong and wh
                              Row{"split byte=62", "line 1: ", "split", "1 to 61"},
                              Row{"jump counts=40000", "line 1: ", "counts=40000", "32767"},
                              Row{"babble length=65", "line 1: ", "length=65", "1 to 64"},
-                             Row{"babble every_s=0", "line 1: ", "babble", "every_s"});
+                             Row{"babble every_s=0", "line 1: ", "babble", "every_s"},
+                             Row{"slow-host", "line 1: ", "slow-host", "for_s=0.1"},
+                             Row{"slow-host for_s=1 every_s=1", "line 1: ", "slow-host", "longer than for_s"},
+                             Row{"slow-host for_s=1 n=2", "line 1: ", "slow-host", "every_s=1"},
+                             Row{"slow-host for_s=1 dir=in", "line 1: ", "dir", "leave it out"},
+                             Row{"slowhost for_s=1", "line 1: ", "slowhost", "slow-host"});
     const Parsed parsed = parse(row.text);
     CHECK(parsed.n == -1);
     CHECK_THAT(parsed.message,
@@ -109,7 +122,7 @@ TEST_CASE("every kind has a name, which reads as itself") {
     for (int kind = 0; kind < PAL_USB_FAULT_KINDS; ++kind) {
         const auto which = static_cast<pal_usb_fault_kind>(kind);
         const bool lasts = which == PAL_USB_FAULT_UNPLUG || which == PAL_USB_FAULT_POWER_OUT ||
-                           which == PAL_USB_FAULT_FREEZE;
+                           which == PAL_USB_FAULT_FREEZE || which == PAL_USB_FAULT_SLOW_HOST;
         CHECK(fault_of(std::string(pal_usb_fault_name(which)) + (lasts ? " for_s=1" : "")).kind == which);
     }
 }

@@ -322,12 +322,12 @@ TEST_CASE("a babbling device says bytes that nobody asked for, at its pace and f
 }
 
 TEST_CASE("whatever goes wrong at whatever time of a boot, the boot after it succeeds") {
-    const std::string fault =
-        GENERATE(as<std::string>{}, "drop dir=in", "drop dir=out", "drop dir=both n=40", "delay by_s=0.04",
-                 "delay by_s=0.04 dir=out", "split byte=1", "split byte=1 gap_s=0.02", "duplicate",
-                 "duplicate dir=out", "corrupt", "corrupt dir=out n=5", "stall", "stall ep=out",
-                 "stall ep=control", "unplug for_s=0.02", "power-out for_s=0.02", "babble length=30",
-                 "freeze for_s=0.1", "jump", "boot-fail stage=5 byte=70", "boot-fail stage=7");
+    const std::string fault = GENERATE(
+        as<std::string>{}, "drop dir=in", "drop dir=out", "drop dir=both n=40", "delay by_s=0.04",
+        "delay by_s=0.04 dir=out", "split byte=1", "split byte=1 gap_s=0.02", "duplicate",
+        "duplicate dir=out", "corrupt", "corrupt dir=out n=5", "stall", "stall ep=out", "stall ep=control",
+        "unplug for_s=0.02", "power-out for_s=0.02", "babble length=30", "slow-host for_s=0.02",
+        "freeze for_s=0.1", "jump", "boot-fail stage=5 byte=70", "boot-fail stage=7");
     int n_failed = 0;
     for (uint64_t at_us = 0; at_us < 100000; at_us += 1237) {
         PlainHost host(still_device());
@@ -352,6 +352,7 @@ TEST_CASE("healing ends all faults, and the plug and the supply are in again") {
     PlainHost host = running();
     inject(host, "unplug for_s=1000");
     inject(host, "power-out for_s=1000");
+    inject(host, "slow-host for_s=1000");
     inject(host, "stall at_s=0.001");
     inject(host, "corrupt for_s=1000 dir=both");
     host.wait(5000);

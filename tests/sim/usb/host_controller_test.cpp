@@ -303,4 +303,42 @@ TEST_CASE("time that goes back does nothing, a device that lies about its next t
     CHECK(bench.wait() == 10000);
 }
 
+TEST_CASE("a watcher sees each transfer queued and ended, however it ends, at its time") {
+    Bench bench(PAL_HOST_IMMEDIATE);
+    struct Seen {
+        const pal_urb* urb;
+        int32_t status;
+        uint64_t at_us;
+        bool operator==(const Seen&) const = default;
+    };
+    std::vector<Seen> seen;
+    pal_host_watch(
+        &bench.host,
+        [](void* context, pal_urb* urb, uint64_t now_us) {
+            static_cast<std::vector<Seen>*>(context)->push_back({urb, urb->status, now_us});
+        },
+        &seen);
+    Transfer out(0x02, std::string("hello"));
+    Transfer cancelled(0x81, 64);
+    Transfer stalled(0x00, 0);
+    Transfer lost(0x81, 64);
+    Transfer late(0x81, 64);
+    stalled.urb.setup[1] = 0x66;
+    REQUIRE(bench.submit(out, 10) == PAL_HOST_OK);
+    REQUIRE(bench.submit(cancelled, 20) == PAL_HOST_OK);
+    REQUIRE(pal_host_cancel(&bench.host, &cancelled.urb));
+    REQUIRE(bench.submit(stalled, 30) == PAL_HOST_OK);
+    REQUIRE(bench.submit(lost, 40) == PAL_HOST_OK);
+    pal_host_advance(&bench.host, 40);
+    bench.device.present = false;
+    pal_host_advance(&bench.host, 50);
+    REQUIRE(bench.submit(late, 60) == PAL_HOST_GONE);  // was never queued
+    const std::vector<Seen> expected = {
+        {&out.urb, PAL_HOST_PENDING, 10},       {&out.urb, PAL_HOST_OK, 10},
+        {&cancelled.urb, PAL_HOST_PENDING, 20}, {&cancelled.urb, PAL_HOST_CANCELLED, 20},
+        {&stalled.urb, PAL_HOST_PENDING, 30},   {&stalled.urb, PAL_HOST_STALLED, 30},
+        {&lost.urb, PAL_HOST_PENDING, 40},      {&lost.urb, PAL_HOST_GONE, 50}};
+    CHECK(seen == expected);
+}
+
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "tests/sim/usb/capture.hpp"
 #include "tests/sim/usb/process.hpp"
 
 using Catch::Contains;
@@ -16,9 +17,13 @@ namespace {
 /// usbip on a free port, ready.
 class Exporter {
 public:
-    explicit Exporter(const std::string& timing = "immediate")
-        : process_({kProgram, "usbip", "--port", "0", "--bus", bus_folder(), "--serial", "PAL12345",
-                    "--timing", timing}) {
+    explicit Exporter(const std::string& timing = "immediate", const std::vector<std::string>& more = {})
+        : process_([&timing, &more] {
+              std::vector<std::string> argv{kProgram,     "usbip",    "--port",   "0",        "--bus",
+                                            bus_folder(), "--serial", "PAL12345", "--timing", timing};
+              argv.insert(argv.end(), more.begin(), more.end());
+              return argv;
+          }()) {
         REQUIRE(process_.read_until("sudo"));
     }
     Exporter(const Exporter&) = delete;
@@ -221,6 +226,31 @@ TEST_CASE("bytes that are no USB/IP are hung up on", "[process]") {
     const Peer next(port);
     next.send(hex("0111 8005 00000000"));
     CHECK(next.receive(12) == hex("0111 0005 00000000 00000001"));
+}
+
+TEST_CASE("a capture of an export has what the peer sent, and how it ended", "[process]") {
+    const std::string file = bus_folder() + ".pcap";
+    {
+        Exporter exporter("immediate", {"--pcap", file});
+        const Peer peer(exporter.port());
+        peer.send(kImport);
+        REQUIRE(peer.receive(8 + 312).size() == 320);
+        peer.send(submit("00000001", "00000001", "00000000", "00000012", "8006000100001200"));
+        REQUIRE(peer.receive(48 + 18).size() == 66);
+        peer.send(submit("00000002", "00000001", "00000000", "00000001", "4066000000000100"));
+        static_cast<void>(peer.receive(48));
+        exporter.process().send(SIGTERM);
+        CHECK(exporter.process().wait() == 0);
+    }
+    const Capture capture(file);
+    std::filesystem::remove(file);
+    CHECK(capture.pair() == 0);
+    const auto& records = capture.records();
+    REQUIRE(records.size() == 12 + 4);
+    CHECK(records[12].setup == hex("8006000100001200"));
+    CHECK(records[13].data.size() == 18);
+    CHECK(records[14].setup == hex("4066000000000100"));
+    CHECK(records[15].status == -32);
 }
 
 }  // namespace
