@@ -134,6 +134,22 @@ static int read_firmware(pal_falcon_cli* cli) {
     return PAL_EXIT_DONE;
 }
 
+bool pal_cli_delta(const pal_falcon_options* options, pal_delta_file* out) {
+    char why[PAL_DELTA_WORDS_BYTES];
+    const bool good = pal_delta_file_read(options->delta, out, why);
+    if (!good) (void)complain(why, PAL_EXIT_ARGUMENTS);
+    return good;
+}
+
+// Where positions are searched from stays the driver's own choice for the built-in Falcon.
+static bool use_delta(pal_falcon_cli* cli) {
+    if (!pal_cli_delta(cli->options, &cli->delta)) return false;
+    cli->config.delta = &cli->delta.delta;
+    if (cli->options->delta != NULL)
+        memcpy(cli->config.pose.start_m, cli->delta.centre_m, sizeof cli->delta.centre_m);
+    return true;
+}
+
 static int open_device(pal_falcon_cli* cli, const char* serial) {
     char why[PAL_USB_WORDS_BYTES];
     if (!prepare(cli)) return PAL_EXIT_ARGUMENTS;
@@ -158,6 +174,7 @@ int pal_cli_open(pal_falcon_cli* cli, const pal_falcon_options* options) {
         cli->config.boot.event_char = false;
         cli->config.boot.run_latency_ms = 1;
     }
+    if (!use_delta(cli)) return PAL_EXIT_ARGUMENTS;
     const int code = read_firmware(cli);
     if (code != PAL_EXIT_DONE) return code;
     if (options->pcap != NULL && !pal_pcap_open(&cli->pcap, options->pcap)) {

@@ -6,6 +6,7 @@
 
 #include "firmware/app/falcon_options.h"
 #include "firmware/falcon/falcon.h"
+#include "firmware/port/linux/delta_file.h"
 #include "firmware/port/linux/firmware_file.h"
 #include "firmware/port/linux/pcap.h"
 #include "firmware/port/linux/usb_falcon.h"
@@ -26,6 +27,7 @@ typedef struct pal_falcon_cli {
     const pal_falcon_options* options;
     FILE* words;  ///< stdout, or stderr with --json
     pal_firmware_file firmware;
+    pal_delta_file delta;
     pal_falcon_trace_record records[PAL_CLI_RECORDS];
     pal_falcon_trace trace;
     uint64_t n_told;  ///< records told so far
@@ -36,6 +38,9 @@ typedef struct pal_falcon_cli {
     pal_pcap pcap;
     char serial[PAL_USB_TEXT_BYTES];  ///< of the device, once one was opened
 } pal_falcon_cli;
+
+/// What --delta names, or the built-in Falcon. False: words on stderr.
+bool pal_cli_delta(const pal_falcon_options* options, pal_delta_file* out);
 
 /// From now on SIGINT, SIGTERM and SIGHUP are noticed instead of ending the process.
 void pal_cli_catch_signals(void);

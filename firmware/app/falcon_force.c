@@ -12,16 +12,15 @@
 enum { N_POSES = 8, N_FORCES = 3, AXES = 3 };
 static const double FORCE_N = 4.0;
 static const double STEP_M = 1e-6;
-/// A word is a whole number: half a unit on each arm, through the Jacobian's largest row sum here, is 0.012
-/// N.
-static const double ERROR_MAX_N = 0.02;
+static const double FLOAT_ERROR_N = 0.002;  // what single precision may add to whole words
 
+// Of the Falcon, whose centre is at (0, 0, 0.12) m; another delta has them at its own centre, as much larger
+// as its arms are longer.
 static const double POSES_M[N_POSES][AXES] = {{0.0, 0.0, 0.08},    {0.0, 0.0, 0.11},   {0.0, 0.0, 0.125},
                                               {0.0, 0.0, 0.15},    {0.02, 0.01, 0.12}, {-0.03, 0.02, 0.10},
                                               {0.03, -0.03, 0.14}, {0.0, 0.04, 0.11}};
 
-static bool angles_rad(const double at_m[AXES], double theta_rad[AXES]) {
-    const pal_delta* g = &PAL_DELTA_NF1;
+static bool angles_rad(const pal_delta* g, const double at_m[AXES], double theta_rad[AXES]) {
     const double a = (double)g->arm_m;
     const double b = (double)g->forearm_m;
     for (int i = 0; i < AXES; ++i) {
@@ -38,15 +37,15 @@ static bool angles_rad(const double at_m[AXES], double theta_rad[AXES]) {
 }
 
 // rad/m: how far each arm turns when the hand moves along each axis.
-static bool turns(const double at_m[AXES], double rad_per_m[AXES][AXES]) {
+static bool turns(const pal_delta* g, const double at_m[AXES], double rad_per_m[AXES][AXES]) {
     for (int c = 0; c < AXES; ++c) {
         double low[AXES];
         double high[AXES];
         double at[AXES] = {at_m[0], at_m[1], at_m[2]};
         at[c] = at_m[c] - STEP_M;
-        if (!angles_rad(at, low)) return false;
+        if (!angles_rad(g, at, low)) return false;
         at[c] = at_m[c] + STEP_M;
-        if (!angles_rad(at, high)) return false;
+        if (!angles_rad(g, at, high)) return false;
         for (int i = 0; i < AXES; ++i) rad_per_m[i][c] = (high[i] - low[i]) / (2.0 * STEP_M);
     }
     return true;
@@ -54,39 +53,55 @@ static bool turns(const double at_m[AXES], double rad_per_m[AXES][AXES]) {
 
 typedef struct row {
     double wanted_n[AXES], felt_n[AXES], error_n;
+    double words_error_n;  ///< what whole words alone may make
     int16_t words[AXES];
 } row;
 
+// The share of the torques that the motor words can say.
+static double fitting(const pal_delta* g, const float torque_n_m[AXES]) {
+    double largest = 0.0;
+    for (int i = 0; i < AXES; ++i)
+        largest = fmax(largest, fabs((double)torque_n_m[i]) * (double)g->units_per_n_m);
+    return largest > (double)g->motor_max ? (double)g->motor_max / largest : 1.0;
+}
+
 // One force at one pose: what the driver sends, what it does.
-static bool check(const double at_m[AXES], int axis, const double rad_per_m[AXES][AXES], row* out) {
-    const pal_delta* g = &PAL_DELTA_NF1;
+static bool check(const pal_delta* g, const double at_m[AXES], int axis, const double rad_per_m[AXES][AXES],
+                  row* out) {
     const float at[AXES] = {(float)at_m[0], (float)at_m[1], (float)at_m[2]};
     float force_n[AXES] = {0.0F, 0.0F, 0.0F};
     float torque_n_m[AXES];
     force_n[axis] = (float)FORCE_N;
     if (!pal_delta_torque(g, at, force_n, torque_n_m)) return false;
+    const double share = fitting(g, torque_n_m);
     double squared = 0.0;
+    double words_squared = 0.0;
     for (int i = 0; i < AXES; ++i) {
-        out->words[i] = (int16_t)lrint(-(double)torque_n_m[i] * (double)g->units_per_n_m);
+        out->words[i] = (int16_t)lrint(-share * (double)torque_n_m[i] * (double)g->units_per_n_m);
     }
     for (int c = 0; c < AXES; ++c) {
-        out->wanted_n[c] = (double)force_n[c];
+        out->wanted_n[c] = share * (double)force_n[c];
         out->felt_n[c] = 0.0;
+        double half_words_n = 0.0;
         for (int i = 0; i < AXES; ++i) {
             out->felt_n[c] += -(double)out->words[i] / (double)g->units_per_n_m * rad_per_m[i][c];
+            half_words_n += 0.5 / (double)g->units_per_n_m * fabs(rad_per_m[i][c]);
         }
         const double error = out->felt_n[c] - out->wanted_n[c];
         squared += error * error;
+        words_squared += half_words_n * half_words_n;
     }
     out->error_n = sqrt(squared);
+    out->words_error_n = sqrt(words_squared);
     return true;
 }
 
 // The largest relative difference of the driver's Jacobian from the turns.
-static double jacobian_error(const double at_m[AXES], const double rad_per_m[AXES][AXES]) {
+static double jacobian_error(const pal_delta* g, const double at_m[AXES],
+                             const double rad_per_m[AXES][AXES]) {
     const float at[AXES] = {(float)at_m[0], (float)at_m[1], (float)at_m[2]};
     float jacobian[AXES * AXES];
-    if (!pal_delta_jacobian(&PAL_DELTA_NF1, at, jacobian)) return (double)INFINITY;
+    if (!pal_delta_jacobian(g, at, jacobian)) return (double)INFINITY;
     double largest = 0.0;
     double worst = 0.0;
     for (int i = 0; i < AXES * AXES; ++i) {
@@ -112,45 +127,76 @@ static void print_row(const pal_falcon_options* options, const double at_m[AXES]
                  r->words[0], r->words[1], r->words[2], r->felt_n[0], r->felt_n[1], r->felt_n[2], r->error_n);
 }
 
-static void print_end(const pal_falcon_options* options, double force_error_n, double turn_error, bool good) {
+static void print_start(const pal_falcon_options* options, const pal_delta* g) {
     if (options->json) {
-        (void)printf("], \"force_error_max_n\": %.6f, \"jacobian_error_max\": %.3g, \"good\": %s}\n",
-                     force_error_n, turn_error, good ? "true" : "false");
+        (void)printf("{\"schema\": \"palpate.falcon_force_check/1\", \"units_per_n_m\": %g, \"rows\": [",
+                     (double)g->units_per_n_m);
         return;
     }
     (void)printf(
-        "\nlargest error of a force %.4f N (whole words alone may make %g), of the Jacobian %.2g of its "
+        "The force that the words do by virtual work, against the force that was wanted.\n\n"
+        "       at, mm         wanted, N          words             felt, N                   error, "
+        "N\n");
+}
+
+// What all rows come to.
+typedef struct verdict {
+    double force_error_n, words_error_n, turn_error;  ///< the largest
+    int n_rows;
+    bool good;
+} verdict;
+
+static void print_end(const pal_falcon_options* options, const pal_delta* g, const verdict* v) {
+    if (options->json) {
+        (void)printf("], \"force_error_max_n\": %.6f, \"jacobian_error_max\": %.3g, \"good\": %s}\n",
+                     v->force_error_n, v->turn_error, v->good ? "true" : "false");
+        return;
+    }
+    (void)printf(
+        "\nlargest error of a force %.4f N (whole words alone may make %.4f), of the Jacobian %.2g of its "
         "largest "
         "entry\n%s. The gain of %g units per N m is taken as given: only a weight on a real grip can test "
         "it.\n",
-        force_error_n, ERROR_MAX_N, turn_error, good ? "good" : "bad: this build must not drive a device",
-        (double)PAL_DELTA_NF1.units_per_n_m);
+        v->force_error_n, v->words_error_n, v->turn_error,
+        v->good ? "good" : "bad: this build must not drive a device", (double)g->units_per_n_m);
+}
+
+// All forces at one pose. False: the driver refuses a pose that the truth reaches. What the truth does not
+// reach is left out: another delta may have another shape.
+static bool check_pose(const pal_falcon_options* options, const pal_delta* g, const double at_m[AXES],
+                       verdict* v) {
+    double rad_per_m[AXES][AXES];
+    if (!turns(g, at_m, rad_per_m)) return true;
+    v->turn_error = fmax(v->turn_error, jacobian_error(g, at_m, (const double(*)[AXES])rad_per_m));
+    for (int axis = 0; axis < N_FORCES; ++axis) {
+        row r;
+        if (!check(g, at_m, axis, (const double(*)[AXES])rad_per_m, &r)) return false;
+        v->force_error_n = fmax(v->force_error_n, r.error_n);
+        v->words_error_n = fmax(v->words_error_n, r.words_error_n);
+        v->good = v->good && r.error_n <= r.words_error_n + FLOAT_ERROR_N;
+        print_row(options, at_m, &r, v->n_rows == 0);
+        v->n_rows += 1;
+    }
+    return true;
 }
 
 int pal_falcon_force_check(const pal_falcon_options* options) {
-    double force_error_n = 0.0;
-    double turn_error = 0.0;
-    if (options->json) {
-        (void)printf("{\"schema\": \"palpate.falcon_force_check/1\", \"units_per_n_m\": %g, \"rows\": [",
-                     (double)PAL_DELTA_NF1.units_per_n_m);
-    } else {
-        (void)printf(
-            "The force that the words do by virtual work, against the force that was wanted.\n\n"
-            "       at, mm         wanted, N          words             felt, N                   error, "
-            "N\n");
-    }
+    pal_delta_file file;
+    pal_delta_file falcon = {.centre_m = {0.0F}};
+    char why[PAL_DELTA_WORDS_BYTES];
+    if (!pal_cli_delta(options, &file) || !pal_delta_file_read(NULL, &falcon, why)) return PAL_EXIT_ARGUMENTS;
+    const double larger = (double)file.delta.arm_m / (double)falcon.delta.arm_m;
+    verdict v = {.good = true};
+    print_start(options, &file.delta);
     for (int p = 0; p < N_POSES; ++p) {
-        double rad_per_m[AXES][AXES];
-        if (!turns(POSES_M[p], rad_per_m)) return PAL_EXIT_VERDICT;
-        turn_error = fmax(turn_error, jacobian_error(POSES_M[p], (const double(*)[AXES])rad_per_m));
-        for (int axis = 0; axis < N_FORCES; ++axis) {
-            row r;
-            if (!check(POSES_M[p], axis, (const double(*)[AXES])rad_per_m, &r)) return PAL_EXIT_VERDICT;
-            force_error_n = fmax(force_error_n, r.error_n);
-            print_row(options, POSES_M[p], &r, p == 0 && axis == 0);
+        double at_m[AXES];
+        for (int c = 0; c < AXES; ++c) {
+            at_m[c] =
+                larger * POSES_M[p][c] + ((double)file.centre_m[c] - larger * (double)falcon.centre_m[c]);
         }
+        v.good = check_pose(options, &file.delta, at_m, &v) && v.good;
     }
-    const bool good = force_error_n <= ERROR_MAX_N && turn_error <= 1e-4;
-    print_end(options, force_error_n, turn_error, good);
-    return good ? PAL_EXIT_DONE : PAL_EXIT_VERDICT;
+    v.good = v.good && v.n_rows > 0 && v.turn_error <= 1e-4;
+    print_end(options, &file.delta, &v);
+    return v.good ? PAL_EXIT_DONE : PAL_EXIT_VERDICT;
 }

@@ -21,6 +21,9 @@ static const char HELP[] =
     "  --serial S       which Falcon; without it the first in the order of serial numbers\n"
     "  --firmware FILE  else $PALPATE_FALCON_FIRMWARE, else nvent_firmware.bin in $XDG_DATA_HOME/palpate or\n"
     "                   ~/.local/share/palpate\n"
+    "  --delta FILE     geometry and gains of another delta, TOML as in firmware/falcon/nf1.toml; without "
+    "it\n"
+    "                   a Falcon NF1 (force-check, home, monitor, rate)\n"
     "  --no-reload      the firmware runs already: ask it by one packet, load nothing\n"
     "  --attempts N     to boot, at most; the upload's rate falls from one to the next (6)\n"
     "  --no-event-char  the bridge sends a reply when its 1 ms timer ends, not at its last byte: slower, for "
@@ -101,6 +104,8 @@ static bool take_value(pal_falcon_options* options, const char* name, const char
         options->serial = value;
     } else if (strcmp(name, "--firmware") == 0) {
         options->firmware = value;
+    } else if (strcmp(name, "--delta") == 0) {
+        options->delta = value;
     } else if (strcmp(name, "--pcap") == 0) {
         options->pcap = value;
     } else if (strcmp(name, "--seconds") == 0) {

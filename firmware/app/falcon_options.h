@@ -23,6 +23,7 @@ typedef struct pal_falcon_options {
     pal_falcon_command command;
     const char* serial;    ///< NULL: the first by serial
     const char* firmware;  ///< NULL: the usual places
+    const char* delta;     ///< file of geometry and gains; NULL: the built-in Falcon NF1
     const char* pcap;      ///< NULL: no record
     bool json, verbose;
     bool no_reload;        ///< use the firmware that runs

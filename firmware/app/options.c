@@ -12,7 +12,8 @@ enum { RAMP_TICKS_MAX = 1000 * PAL_RAMP_MAX_S };
 static const char HELP[] =
     "palpate-loop: the 1 kHz loop between a Falcon and a palpate host\n"
     "\n"
-    "usage: palpate-loop --link NAME --device DEVICE [--firmware FILE] [--force-max-n X] [--ramp-ticks N]\n"
+    "usage: palpate-loop --link NAME --device DEVICE [--firmware FILE] [--delta FILE] [--force-max-n X]\n"
+    "       [--ramp-ticks N]\n"
     "\n"
     "  --link NAME        shared memory that the host made, such as /palpate-4711\n"
     "  --device link:PATH simulated Falcon at a Unix socket (palpate-falcon-sim serve --socket PATH)\n"
@@ -20,6 +21,9 @@ static const char HELP[] =
     "first\n"
     "  --firmware FILE    for it; else $PALPATE_FALCON_FIRMWARE, else nvent_firmware.bin in\n"
     "                     $XDG_DATA_HOME/palpate or ~/.local/share/palpate\n"
+    "  --delta FILE       geometry and gains of another delta, TOML as in firmware/falcon/nf1.toml; without "
+    "it\n"
+    "                     a Falcon NF1\n"
     "  --force-max-n X    no force above X newtons; 0 < X <= 8.9 (8)\n"
     "  --ramp-ticks N     soft start after homing and after every stop, in ms; 0 to 60000 (1000)\n"
     "  --help             this text\n"
@@ -75,6 +79,10 @@ static bool take(pal_loop_options* options, const char* name, const char* value,
     if (strcmp(name, "--device") == 0) return take_device(options, value, complaint);
     if (strcmp(name, "--firmware") == 0) {
         options->firmware = value;
+        return true;
+    }
+    if (strcmp(name, "--delta") == 0) {
+        options->delta = value;
         return true;
     }
     if (strcmp(name, "--force-max-n") == 0) {

@@ -12,6 +12,7 @@ typedef struct pal_loop_options {
     const char* device_path;  ///< of `link:PATH`; NULL: a Falcon on the USB
     const char* serial;       ///< of `usb:SERIAL`; NULL: the first
     const char* firmware;     ///< NULL: the usual places
+    const char* delta;        ///< file of geometry and gains; NULL: the built-in Falcon NF1
     bool usb;
     float force_max_n;
     uint32_t ramp_ticks;

@@ -10,6 +10,7 @@
 #include "firmware/app/options.h"
 #include "firmware/app/session.h"
 #include "firmware/port/linux/clock_loop.h"
+#include "firmware/port/linux/delta_file.h"
 #include "firmware/port/linux/device_socket.h"
 #include "firmware/port/linux/segment.h"
 #include "firmware/port/linux/usb_device.h"
@@ -87,9 +88,12 @@ static int farewell(pal_session_end end) {
     return signal_seen == SIGINT ? EXIT_INTERRUPTED : EXIT_ASKED;
 }
 
-static int run(const pal_loop_options* options, pal_link* link, const pal_device* device) {
+static int run(const pal_loop_options* options, const pal_delta_file* delta, pal_link* link,
+               const pal_device* device) {
     static pal_session session;
     pal_loop_config config = pal_loop_config_default();
+    config.delta = &delta->delta;
+    memcpy(config.centre_m, delta->centre_m, sizeof config.centre_m);
     config.force_max_n = options->force_max_n;
     config.ramp_ticks = options->ramp_ticks;
     if (options->usb)
@@ -111,7 +115,7 @@ static int run(const pal_loop_options* options, pal_link* link, const pal_device
     return farewell(end);
 }
 
-static int run_socket(const pal_loop_options* options, pal_link* link) {
+static int run_socket(const pal_loop_options* options, const pal_delta_file* delta, pal_link* link) {
     pal_device_socket socket;
     pal_device device;
     const pal_err err = pal_device_socket_open(&socket, options->device_path, &device);
@@ -120,7 +124,7 @@ static int run_socket(const pal_loop_options* options, pal_link* link) {
                 err == PAL_ERR_IO ? strerror(errno) : "path too long for a socket");
         return EXIT_LOST;
     }
-    const int status = run(options, link, &device);
+    const int status = run(options, delta, link, &device);
     pal_device_socket_close(&socket);
     return status;
 }
@@ -139,12 +143,16 @@ static void start_guard(pal_usb_guard* guard, const char* serial) {
     fprintf(stderr, "palpate-loop: no guard (%s: %s); carrying on without it\n", path, strerror(errno));
 }
 
-static int run_usb(const pal_loop_options* options, pal_link* link) {
+static int run_usb(const pal_loop_options* options, const pal_delta_file* delta, pal_link* link) {
     static pal_usb_device usb;
     pal_device device;
     char why[PAL_FIRMWARE_WORDS_BYTES];
-    const pal_usb_device_open_result result =
-        pal_usb_device_open(&usb, options->serial, options->firmware, &signal_seen, &device, why);
+    pal_usb_device_choice choice = {.serial = options->serial, .firmware = options->firmware};
+    if (options->delta != NULL) {
+        choice.delta = &delta->delta;
+        choice.start_m = delta->centre_m;
+    }
+    const pal_usb_device_open_result result = pal_usb_device_open(&usb, &choice, &signal_seen, &device, why);
     if (result == PAL_USB_DEVICE_STOPPED) return signal_seen == SIGINT ? EXIT_INTERRUPTED : EXIT_ASKED;
     if (result != PAL_USB_DEVICE_OPEN) {
         fprintf(stderr, "palpate-loop: %s\n", why);
@@ -152,7 +160,7 @@ static int run_usb(const pal_loop_options* options, pal_link* link) {
     }
     pal_usb_guard guard;
     start_guard(&guard, usb.serial);
-    const int status = run(options, link, &device);
+    const int status = run(options, delta, link, &device);
     pal_usb_device_close(&usb);
     pal_usb_guard_dismiss(&guard);
     return status;
@@ -165,6 +173,12 @@ int main(int argc, char** argv) {
         pal_loop_options_help(stdout);
         return 0;
     }
+    static pal_delta_file delta;
+    char why[PAL_DELTA_WORDS_BYTES];
+    if (!pal_delta_file_read(options.delta, &delta, why)) {
+        fprintf(stderr, "palpate-loop: %s\n", why);
+        return EXIT_BAD_ARGUMENTS;
+    }
     pal_link* link = NULL;
     pal_err err = pal_segment_attach(options.link_name, &link);
     if (err != PAL_OK) {
@@ -173,7 +187,7 @@ int main(int argc, char** argv) {
         return EXIT_BAD_ARGUMENTS;
     }
     catch_signals();
-    const int status = options.usb ? run_usb(&options, link) : run_socket(&options, link);
+    const int status = options.usb ? run_usb(&options, &delta, link) : run_socket(&options, &delta, link);
     pal_segment_detach(link);
     return status;
 }

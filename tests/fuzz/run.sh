@@ -16,7 +16,7 @@ shift 2
 work=$build/fuzzing
 
 # Longest input in bytes: a few times the seeds.
-declare -A max_len=([array]=2048 [cloud]=2048 [falcon_feed]=512 [falcon_image]=512 [link]=512 [options]=256 [path]=512 [plate_file]=2048 [record]=4096 [reference]=1024 [rig]=600
+declare -A max_len=([array]=2048 [cloud]=2048 [delta_file]=2048 [falcon_feed]=512 [falcon_image]=512 [link]=512 [options]=256 [path]=512 [plate_file]=2048 [record]=4096 [reference]=1024 [rig]=600
   [scene]=8192 [session]=512 [table]=2048 [usb_device]=512 [wire]=256)
 
 mapfile -t targets < <(sed -n 's/^ *pal_fuzz(\([a-z_]*\).*/\1/p' tests/fuzz/CMakeLists.txt)

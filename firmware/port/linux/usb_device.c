@@ -177,16 +177,20 @@ static pal_usb_device_open_result open_and_boot(pal_usb_device* usb, const char*
     return stopped ? PAL_USB_DEVICE_STOPPED : PAL_USB_DEVICE_FAILED;
 }
 
-pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const char* serial, const char* firmware,
+pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const pal_usb_device_choice* choice,
                                                const volatile sig_atomic_t* stop, pal_device* device,
                                                char why[PAL_FIRMWARE_WORDS_BYTES]) {
     memset(usb, 0, sizeof *usb);
-    if (!pal_firmware_read(firmware, &usb->firmware, why)) return PAL_USB_DEVICE_NO_FIRMWARE;
+    if (!pal_firmware_read(choice->firmware, &usb->firmware, why)) return PAL_USB_DEVICE_NO_FIRMWARE;
     usb->config = pal_falcon_config_default();
     usb->config.boot.image = usb->firmware.bytes;
     usb->config.boot.n_image_bytes = usb->firmware.n_bytes;
     usb->config.exchange.period_us = 0;  // the loop's tick is the pace
-    const pal_usb_device_open_result result = open_and_boot(usb, serial, stop, why);
+    if (choice->delta != NULL) {
+        usb->config.delta = choice->delta;
+        memcpy(usb->config.pose.start_m, choice->start_m, sizeof usb->config.pose.start_m);
+    }
+    const pal_usb_device_open_result result = open_and_boot(usb, choice->serial, stop, why);
     if (result != PAL_USB_DEVICE_OPEN) return result;
     usb->tick_us = pal_usb_now_us();
     if (pthread_create(&usb->thread, NULL, run_thread, usb) != 0) {

@@ -45,11 +45,19 @@ typedef enum pal_usb_device_open_result {
     PAL_USB_DEVICE_FAILED        ///< likewise
 } pal_usb_device_open_result;
 
-/// Finds (serial NULL: the first), opens and boots; returns when the device answers, which takes a second or
-/// so, or when all attempts have failed, or soon after `*stop` is not 0. `firmware` NULL: the usual places.
+/// Which device, and what it is. NULL everywhere is the first Novint Falcon.
+typedef struct pal_usb_device_choice {
+    const char* serial;      ///< NULL: the first
+    const char* firmware;    ///< file; NULL: the usual places
+    const pal_delta* delta;  ///< borrowed; NULL: the Novint Falcon NF1
+    const float* start_m;    ///< of `delta`: where the search for the first position starts, 3
+} pal_usb_device_choice;
+
+/// Finds, opens and boots; returns when the device answers, which takes a second or
+/// so, or when all attempts have failed, or soon after `*stop` is not 0.
 /// Forces of at most `force_max_n` belong to the loop, which clamps them; here stay the start ramp,
 /// saturation and thermal limit.
-pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const char* serial, const char* firmware,
+pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const pal_usb_device_choice* choice,
                                                const volatile sig_atomic_t* stop, pal_device* device,
                                                char why[PAL_FIRMWARE_WORDS_BYTES]);
 /// Zero forces, then closed. Bounded.

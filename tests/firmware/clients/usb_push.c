@@ -77,8 +77,9 @@ int main(int argc, char** argv) {
     action.sa_handler = on_signal;
     (void)sigaction(SIGTERM, &action, NULL);
     (void)sigaction(SIGUSR1, &action, NULL);
+    const pal_usb_device_choice choice = {.firmware = argv[1]};
     const pal_usb_device_open_result result =
-        pal_usb_device_open(&usb, NULL, argv[1], &asked_to_stop, &device, why);
+        pal_usb_device_open(&usb, &choice, &asked_to_stop, &device, why);
     if (result != PAL_USB_DEVICE_OPEN) {
         (void)fprintf(stderr, "usb_push: %s\n", why);
         return 3;
