@@ -155,8 +155,8 @@ static void print_end(const pal_falcon_options* options, const pal_delta* g, con
     (void)printf(
         "\nlargest error of a force %.4f N (whole words alone may make %.4f), of the Jacobian %.2g of its "
         "largest "
-        "entry\n%s. The gain of %g units per N m is taken as given: only a weight on a real grip can test "
-        "it.\n",
+        "entry\n%s. Force scale: %g units per N m, assumed, +-15 %%, until calibrated with a weight on a "
+        "real grip.\n",
         v->force_error_n, v->words_error_n, v->turn_error,
         v->good ? "good" : "bad: this build must not drive a device", (double)g->units_per_n_m);
 }

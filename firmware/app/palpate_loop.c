@@ -158,6 +158,8 @@ static int run_usb(const pal_loop_options* options, const pal_delta_file* delta,
         fprintf(stderr, "palpate-loop: %s\n", why);
         return result == PAL_USB_DEVICE_NO_FIRMWARE ? EXIT_BAD_ARGUMENTS : EXIT_LOST;
     }
+    fprintf(stderr, "palpate-loop: force scale: %g units per N m, assumed, +-15 %%, until calibrated\n",
+            (double)usb.config.delta->units_per_n_m);
     pal_usb_guard guard;
     start_guard(&guard, usb.serial);
     const int status = run(options, delta, link, &device);

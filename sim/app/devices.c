@@ -21,6 +21,10 @@ bool pal_devices_hand(pal_options* o, pal_path_file* path, char* why, size_t n_w
     return true;
 }
 
+/// No two devices are alike: mass, frictions and motor gain differ by so much of their usual value, by the
+/// seed.
+static const double DEVICE_SPREAD = 0.3;
+
 static void hand_advance(void* context, bool homed, const double position_m[3]) {
     pal_hand_advance(context, homed, position_m);
 }
@@ -83,8 +87,10 @@ bool pal_devices_make(pal_options* o, pal_devices* out, char* why, size_t n_why)
         count_up(config->serial, i);
         config->seed = o->seed + i;
         config->falcon = o->serve.falcon;
-        pal_falcon_sim_seed(&config->falcon, config->seed);
-        pal_hand_init(&out->hands[i], &o->serve.hand);
+        pal_falcon_sim_vary(&config->falcon, config->seed, DEVICE_SPREAD);
+        pal_hand_config hand = o->serve.hand;
+        if (hand.weight_n > 0.0) hand.weight_n = config->falcon.mass_kg * config->falcon.gravity_m_per_s2;
+        pal_hand_init(&out->hands[i], &hand);
         config->hand = (pal_usb_hand){&out->hands[i], hand_advance, pal_hand_push, o->serve.hand.mass_kg};
     }
     if (o->faults_file && !read_faults(o->faults_file, out, why, n_why)) return false;

@@ -89,11 +89,14 @@ TEST_CASE("a loop that ends in order leaves zero force at once, not by the devic
     CHECK(device_status()["watchdog"] == false);
 }
 
-TEST_CASE("a loop that is killed leaves the motors to the device's watchdog", "[process]") {
+TEST_CASE("a loop that is killed under 8 N leaves the motors to the device's watchdog", "[process]") {
     const Folder folder;
     const Bus bus(hand(folder, "frames"));
-    Process program(push(folder), Bus::environment());
-    REQUIRE(device_comes_to(pushes));
+    // Three words of 900 pull with 8 N or more along z between z = 75 and 175 mm, at the device's usual gain.
+    Process program({usbtest::client("usb_push"), folder.firmware(), "900"}, Bus::environment());
+    REQUIRE(device_comes_to([](const json& device) {
+        return device["motor_counts"] == json::array({900, 900, 900});
+    }));
     program.send(SIGKILL);
     CHECK(program.wait() == 128 + SIGKILL);
     CHECK(device_comes_to([](const json& device) { return device["open"] == 0 && at_rest(device); }));
