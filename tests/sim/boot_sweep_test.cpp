@@ -65,6 +65,36 @@ TEST_CASE("the simulated device boots at the first attempt under every option of
     }
 }
 
+TEST_CASE("under every combination of what nobody knows the device is booted, homed, pushed and let go") {
+    for (unsigned option = 0; option < 3 * 128; ++option) {
+        CAPTURE(option);
+        const auto on = [&](unsigned bit) { return (option % 128 & 1U << bit) != 0; };
+        Rig rig;
+        rig.device_config.loader.zero_before_answer = on(0);
+        rig.device_config.loader.xoff_before_echo = on(1);
+        rig.device_config.running = on(2);
+        rig.device_config.falcon.homed_needs_bit = on(3);
+        rig.device_config.falcon.reply_spare = on(4) ? 15 : 0;
+        rig.device_config.falcon.watchdog_ticks = std::array{5U, 100U, 100000U}[option / 128];
+        rig.device_config.falcon.start_m[2] = 0.076;  // at the inner stop, and it stays there
+        rig.device_config.falcon.coulomb_n = 20.0;
+        rig.config.boot.event_char = on(5);
+        rig.config.keep_homing_bit = on(6);
+        rig.config.force.ramp_us = 1000;
+        rig.start({});
+        const std::array<float, 3> force_n{0.0F, 0.0F, -1.0F};
+        while (rig.now_us < 400000 && rig.truth().motor_counts[0] == 0) {
+            rig.step();
+            pal_falcon_drive(&rig.falcon, force_n.data(), 8.0F, 0);
+        }
+        CHECK(rig.falcon.state == PAL_FALCON_READY);
+        CHECK(rig.status().attempt == 1);
+        CHECK(rig.truth().motor_counts[0] != 0);
+        rig.stop();
+        rig.check_no_force();
+    }
+}
+
 TEST_CASE("a boot that fails once, at any stage and byte, succeeds within the attempts") {
     const int stage = GENERATE(range(1, 8));
     const bool at_bytes = stage == PAL_BOOT_FAIL_ECHO_WRONG || stage == PAL_BOOT_FAIL_ECHO_SILENT;
