@@ -5,7 +5,7 @@
 #include "firmware/core/trig.h"
 
 static const float STEP_MAX_M =
-    0.02F;  // a longer Newton step overshoots the domain (FALCON notes: 2.6 % of cold starts)
+    0.02F;  // a longer Newton step overshoots the domain (it does in 2.6 % of cold starts)
 static const float CONVERGED_M = 1.0e-4F;  // last step; the error left is its square times about 20/m
 static const float SETTLED_M = 1.0e-6F;    // the next step would be below one rounding
 static const float SINE_MIN = 0.02F;    // floor of sin(theta3) sin(theta2 - theta1): leg stretched or folded

@@ -89,7 +89,7 @@ typedef struct pal_host {
     void* watcher_context;
 } pal_host;
 
-/// `packets_per_frame` counts per endpoint, 1..19; 1 is what was measured with a Falcon (FALCON §6).
+/// `packets_per_frame` counts per endpoint, 1..19; 1 is what was measured with a Falcon (docs/PROTOCOL.md 4).
 void pal_host_init(pal_host* host, const pal_host_device* device, pal_host_timing timing,
                    uint32_t packets_per_frame);
 /// Who sees every URB from now on; NULL: nobody.

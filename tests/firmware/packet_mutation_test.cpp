@@ -23,7 +23,7 @@ struct Reply {
     bool operator==(const Reply&) const = default;
 };
 
-/// By the rules of FALCON 3.2, not by the code under test.
+/// By the rules of docs/PROTOCOL.md 4, not by the code under test.
 Bytes bytes_of(const Reply& reply, std::uint8_t spare) {
     Bytes bytes{0x3C};
     for (const std::int16_t count : reply.counts) {

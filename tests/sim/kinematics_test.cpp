@@ -158,7 +158,7 @@ TEST_CASE("positive words pull the grip in") {
     const int16_t words[3] = {900, 900, 900};
     double force[3];
     REQUIRE(pal_falcon_sim_motor_force(&config, at, words, force));
-    CHECK(force[2] == Approx(-8.9).epsilon(0.01));  // FALCON facts: 8.9 N need only about 900 units there
+    CHECK(force[2] == Approx(-8.9).epsilon(0.01));  // 8.9 N need only about 900 units there
     CHECK(std::fabs(force[0]) < 1e-12);
     CHECK(std::fabs(force[1]) < 1e-12);
 }

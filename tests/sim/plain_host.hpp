@@ -117,7 +117,7 @@ public:
         vendor(0x00, 2);
     }
 
-    /// Up to DTR high, as FALCON 2.3 rows 1 to 9.
+    /// Up to DTR high, as libnifalcon does it.
     void begin_boot(unsigned latency_ms = 16) {
         purge();
         set_latency(latency_ms);

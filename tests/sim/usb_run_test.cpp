@@ -26,7 +26,7 @@ TEST_CASE("a device that runs since an earlier session answers at once, without 
 
 TEST_CASE("replies carry the encoders, the grip, the homed flags and the unknown nibble") {
     pal_usb_device_config config = running_device();
-    config.falcon.start_m[2] = 0.11;  // all encoders -516 = 0xFDFC: FALCON 4.4
+    config.falcon.start_m[2] = 0.11;  // all encoders -516 = 0xFDFC: docs/PROTOCOL.md 4
     for (int16_t& offset : config.falcon.start_offset_counts) offset = 0;
     config.falcon.reply_spare = 5;
     PlainHost host(config);

@@ -1,4 +1,4 @@
-// Host controller and simulated Falcon together, in virtual time: the loop times that FALCON 6 tells of real
+// Host controller and simulated Falcon together, in virtual time: the loop times that were measured with real
 // ones.
 #include <catch2/catch.hpp>
 #include <cstring>

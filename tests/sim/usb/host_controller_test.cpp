@@ -126,7 +126,8 @@ TEST_CASE("in frames a transfer waits for the frame after the one it was submitt
 }
 
 TEST_CASE("one exchange after the other takes two frames, with reads always posted one") {
-    // Measured with a Falcon: 2.019 ms for write, then read; about 1 ms with reads posted ahead (FALCON 6).
+    // Measured with a Falcon: 2.019 ms for write, then read; about 1 ms with reads posted ahead (R. Machulis,
+    // 2008).
     Bench bench(PAL_HOST_FRAMES);
     bench.device.answer_after_us = 300;
     const bool posted_ahead = GENERATE(false, true);

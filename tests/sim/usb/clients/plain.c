@@ -1,5 +1,5 @@
-// A Falcon by libusb alone, as a newcomer would write it: boot with a synthetic image (FALCON 2.6), then N
-// exchanges. Usage: plain N. Exit 0 when all were answered well; otherwise 1 and a sentence.
+// A Falcon by libusb alone, as a newcomer would write it: boot with a synthetic image (docs/PROTOCOL.md 4),
+// then N exchanges. Usage: plain N. Exit 0 when all were answered well; otherwise 1 and a sentence.
 #include <libusb.h>
 #include <stdint.h>
 #include <stdio.h>
