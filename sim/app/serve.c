@@ -13,6 +13,7 @@
 
 #include "sim/app/ask.h"
 #include "sim/app/local_socket.h"
+#include "sim/app/signals.h"
 
 enum {
     EXIT_BAD_INPUT = 2,
@@ -178,15 +179,6 @@ static int open_timer(void) {
     return -1;
 }
 
-static int open_signals(void) {
-    sigset_t ends;
-    (void)sigemptyset(&ends);
-    (void)sigaddset(&ends, SIGTERM);
-    (void)sigaddset(&ends, SIGINT);
-    if (sigprocmask(SIG_BLOCK, &ends, NULL) != 0) return -1;
-    return signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK);
-}
-
 static bool open_all(service* s, char* why, size_t n_why) {
     const char* path = s->options->socket_path;
     for (int i = 0; i < N_FDS; ++i) s->fds[i] = (struct pollfd){.fd = -1, .events = POLLIN};
@@ -195,7 +187,7 @@ static bool open_all(service* s, char* why, size_t n_why) {
         (void)snprintf(why, n_why, "%s: too long; name a path of at most 99 bytes", path);
         return false;
     }
-    s->fds[FD_SIGNAL].fd = open_signals();
+    s->fds[FD_SIGNAL].fd = pal_signals_open();
     s->fds[FD_LISTEN].fd = pal_socket_listen(path, why, n_why);
     if (s->fds[FD_LISTEN].fd < 0) return false;
     s->fds[FD_CONTROL_LISTEN].fd = pal_socket_listen(s->control_path, why, n_why);

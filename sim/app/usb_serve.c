@@ -14,6 +14,7 @@
 
 #include "sim/app/devices.h"
 #include "sim/app/local_socket.h"
+#include "sim/app/signals.h"
 #include "sim/app/usb_status.h"
 #include "sim/usb/usbfs_server.h"
 #include "sim/usb/usbip.h"
@@ -45,15 +46,6 @@ typedef struct service {
     char control_path[PAL_TREE_PATH_BYTES];
     pid_t parent;
 } service;
-
-static int open_signals(void) {
-    sigset_t ends;
-    (void)sigemptyset(&ends);
-    (void)sigaddset(&ends, SIGTERM);
-    (void)sigaddset(&ends, SIGINT);
-    if (sigprocmask(SIG_BLOCK, &ends, NULL) != 0) return -1;
-    return signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK);
-}
 
 static bool open_front(service* s, const char* folder, char* why, size_t n_why) {
     if (!s->usbip) return pal_usbfs_open(&g.usbfs, &g.bus, folder, why, n_why);
@@ -190,7 +182,7 @@ int pal_usb_serve(pal_options* options, const char* folder, int ready_fd) {
     }
     int code = good ? 0 : PAL_EXIT_BAD_INPUT;
     if (good) {
-        s.signals = open_signals();
+        s.signals = pal_signals_open();
         const bool open = s.signals >= 0 && open_front(&s, folder, why, sizeof why);
         if (open && open_control(&s, folder, why, sizeof why)) {
             if (ready_fd >= 0) {

@@ -45,10 +45,6 @@ enum {
     EVENT_AT_RESET = 0x0D
 };
 
-static uint64_t clock_of(uint64_t us) {
-    return us * PAL_UART_CLOCKS_PER_US;
-}
-
 void pal_bridge_reset(pal_bridge* bridge, uint64_t now_us) {
     pal_bridge fresh;
     memset(&fresh, 0, sizeof fresh);
@@ -224,7 +220,7 @@ int pal_bridge_request(pal_bridge* bridge, uint64_t now_us, const uint8_t setup[
                        size_t n_bytes) {
     if (setup[0] == REQUEST_OUT) {
         if (!request_out(bridge, now_us, setup)) return PAL_BRIDGE_STALL;
-        begin_byte(bridge, clock_of(now_us));
+        begin_byte(bridge, pal_uart_clock(now_us));
         return 0;
     }
     if (setup[0] != REQUEST_IN) return PAL_BRIDGE_STALL;

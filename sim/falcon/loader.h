@@ -106,6 +106,10 @@ void pal_loader_set_dtr(pal_loader* loader, bool high);
 /// NULL.
 pal_loader_answer pal_loader_receive(pal_loader* loader, pal_line_byte in, const pal_usb_fault* fail);
 /// Whether two ends with these bit times understand each other (within 3 %).
+/// Clocks at a time.
+static inline uint64_t pal_uart_clock(uint64_t us) {
+    return us * PAL_UART_CLOCKS_PER_US;
+}
 bool pal_uart_same_baud(uint32_t clocks_per_bit, uint32_t other_clocks_per_bit);
 /// SplitMix64.
 uint64_t pal_uart_random(uint64_t* state);

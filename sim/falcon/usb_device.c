@@ -16,10 +16,6 @@ enum {
     CLOCKS_PER_S = 24000000
 };
 
-static uint64_t clock_of(uint64_t us) {
-    return us * PAL_UART_CLOCKS_PER_US;
-}
-
 static uint64_t earlier(uint64_t a, uint64_t b) {
     return a < b ? a : b;
 }
@@ -50,7 +46,7 @@ bool pal_usb_device_init(pal_usb_device* device, const pal_usb_device_config* co
     device->config = *config;
     device->random = config->seed;
     device->now_us = config->start_us;
-    device->clock = clock_of(config->start_us);
+    device->clock = pal_uart_clock(config->start_us);
     device->fault_us = UINT64_MAX;
     device->configuration = 1;  // as a host leaves it
     device->plugged = device->powered = true;
@@ -109,8 +105,9 @@ static void loader_receive(pal_usb_device* d, pal_line_byte in) {
         pal_falcon_sim_restart(&d->falcon, d->config.falcon.start_offset_counts);
     }
     pal_usb_line_say(d, answer.bytes, answer.n_bytes, answer.clocks_per_bit,
-                     d->clock + (instant ? 0 : clock_of(answer.after_us)));
-    if (answer.started) start_firmware(d, d->clock + (instant ? 0 : clock_of(d->config.loader.start_us)));
+                     d->clock + (instant ? 0 : pal_uart_clock(answer.after_us)));
+    if (answer.started)
+        start_firmware(d, d->clock + (instant ? 0 : pal_uart_clock(d->config.loader.start_us)));
 }
 
 /// A byte from the bridge has ended on the line.
@@ -150,18 +147,18 @@ static void tick(pal_usb_device* d) {
 }
 
 static uint64_t tick_clock(const pal_usb_device* d) {
-    return clock_of(d->config.start_us + (d->n_ticks + 1) * TICK_US);
+    return pal_uart_clock(d->config.start_us + (d->n_ticks + 1) * TICK_US);
 }
 
 /// All that happens up to `now_us`, in order; at one time faults first, then the line, then the mechanics.
 static void run_to(pal_usb_device* d, uint64_t now_us) {
     for (;;) {
-        const uint64_t fault = d->fault_us == UINT64_MAX ? UINT64_MAX : clock_of(d->fault_us);
+        const uint64_t fault = d->fault_us == UINT64_MAX ? UINT64_MAX : pal_uart_clock(d->fault_us);
         const uint64_t sent = pal_bridge_sent_clock(&d->bridge);
         const uint64_t said = d->n_line > 0 ? d->line_clock : UINT64_MAX;
         const uint64_t moved = tick_clock(d);
         const uint64_t next = earlier(earlier(fault, sent), earlier(said, moved));
-        if (next > clock_of(now_us)) break;
+        if (next > pal_uart_clock(now_us)) break;
         if (next > d->clock) d->clock = next;
         if (next == fault) {
             pal_usb_faults_turn(d, d->fault_us);
@@ -173,7 +170,7 @@ static void run_to(pal_usb_device* d, uint64_t now_us) {
             tick(d);
         }
     }
-    d->clock = clock_of(now_us);
+    d->clock = pal_uart_clock(now_us);
 }
 
 void pal_usb_device_advance(pal_usb_device* device, uint64_t now_us) {
@@ -205,9 +202,9 @@ int pal_usb_device_out(pal_usb_device* device, const uint8_t* bytes, size_t n_by
     if (n_bytes > PAL_BRIDGE_OUT_BYTES - device->bridge.n_out) return 0;
     pal_usb_fault fault;
     if (pal_usb_strikes(device, PAL_USB_FAULT_DELAY, PAL_USB_FAULT_OUT, &fault)) {
-        device->bridge.not_before_clock = clock_of(device->now_us + fault.by_us);
+        device->bridge.not_before_clock = pal_uart_clock(device->now_us + fault.by_us);
     }
-    const uint64_t now_clock = clock_of(device->now_us);
+    const uint64_t now_clock = pal_uart_clock(device->now_us);
     const int n = pal_bridge_out(&device->bridge, bytes, n_bytes, now_clock);
     if (pal_usb_strikes(device, PAL_USB_FAULT_DUPLICATE, PAL_USB_FAULT_OUT, NULL)) {
         (void)pal_bridge_out(&device->bridge, bytes, n_bytes, now_clock);

@@ -3,6 +3,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "sim/usb/device_port.h"
+
 enum {
     CATCH_UP_US = 200000,
     NUMBER_MAX = 127,
@@ -15,36 +17,6 @@ enum {
     DESCRIPTOR_STRING = 3,
     ENGLISH = 0x0409
 };
-
-// The device model as a host controller wants it.
-
-static void device_advance(void* context, uint64_t now_us) {
-    pal_usb_device_advance(context, now_us);
-}
-static uint64_t device_next_us(const void* context) {
-    return pal_usb_device_next_us(context);
-}
-static int answer(int n) {
-    if (n >= 0) return n;
-    return n == PAL_USB_STALL ? PAL_HOST_DEVICE_STALLS : PAL_HOST_DEVICE_GONE;
-}
-static int device_control(void* context, const uint8_t setup[8], uint8_t* data, size_t n_bytes) {
-    return answer(pal_usb_device_control(context, setup, data, n_bytes));
-}
-static int device_out(void* context, const uint8_t* bytes, size_t n_bytes) {
-    return answer(pal_usb_device_out(context, bytes, n_bytes));
-}
-static int device_in(void* context, uint8_t packet[PAL_HOST_PACKET_BYTES]) {
-    return answer(pal_usb_device_in(context, packet));
-}
-static bool device_present(const void* context) {
-    return pal_usb_device_present(context);
-}
-
-static pal_host_device wire_of(pal_usb_device* device) {
-    return (pal_host_device){device,     device_advance, device_next_us, device_control,
-                             device_out, device_in,      device_present};
-}
 
 int pal_bus_control(pal_bus_port* port, uint8_t type, uint8_t request, uint16_t value, uint16_t index,
                     uint8_t* data, uint16_t n_bytes) {
@@ -59,7 +31,7 @@ int pal_bus_control(pal_bus_port* port, uint8_t type, uint8_t request, uint16_t 
     pal_urb urb = {.data = data, .n_bytes = n_bytes, .status = PAL_HOST_PENDING};
     memcpy(urb.setup, setup, sizeof setup);
     if (port->capture) pal_usbmon_see(port->capture, (uint8_t)port->number, &urb, port->host.now_us);
-    const int n = device_control(&port->device, setup, data, n_bytes);
+    const int n = port->host.device.control(&port->device, setup, data, n_bytes);
     urb.status = n >= 0 ? PAL_HOST_OK : n == PAL_HOST_DEVICE_STALLS ? PAL_HOST_STALLED : PAL_HOST_GONE;
     urb.n_done = n > 0 ? (uint32_t)n : 0;
     if (port->capture) pal_usbmon_see(port->capture, (uint8_t)port->number, &urb, port->host.now_us);
@@ -119,7 +91,7 @@ bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n
         pal_bus_port* port = &bus->ports[i];
         *bad = i;
         if (!pal_usb_device_init(&port->device, &configs[i])) return false;
-        const pal_host_device wire = wire_of(&port->device);
+        const pal_host_device wire = pal_host_device_of(&port->device);
         pal_host_init(&port->host, &wire, timing, packets_per_frame);
         ++bus->n_ports;
     }

@@ -5,15 +5,10 @@
 #include <memory>
 
 #include "firmware/falcon/falcon.h"
-#include "sim/falcon/usb_device.h"
-#include "sim/usb/host_controller.h"
+#include "sim/usb/device_port.h"
 #include "tests/sim/plain_host.hpp"
 
 namespace {
-
-pal_usb_device* device_of(void* context) {
-    return static_cast<pal_usb_device*>(context);
-}
 
 /// What libusb and the kernel are to the driver: transfers in frames, three reads posted ahead.
 class FramePort {
@@ -23,16 +18,7 @@ public:
         device.falcon.n_substeps = 1;
         device.loader.autobaud_fail_per_million = 0;
         REQUIRE(pal_usb_device_init(device_.get(), &device));
-        const pal_host_device wire = {
-            device_.get(),
-            [](void* c, uint64_t t) { pal_usb_device_advance(device_of(c), t); },
-            [](const void* c) { return pal_usb_device_next_us(static_cast<const pal_usb_device*>(c)); },
-            [](void* c, const uint8_t s[8], uint8_t* d, size_t n) {
-                return pal_usb_device_control(device_of(c), s, d, n);
-            },
-            [](void* c, const uint8_t* b, size_t n) { return pal_usb_device_out(device_of(c), b, n); },
-            [](void* c, uint8_t p[64]) { return pal_usb_device_in(device_of(c), p); },
-            [](const void* c) { return pal_usb_device_present(static_cast<const pal_usb_device*>(c)); }};
+        const pal_host_device wire = pal_host_device_of(device_.get());
         pal_host_init(&host_, &wire, PAL_HOST_FRAMES, 1);
         for (int i = 0; i < N_READS; ++i) {
             reads_[i].endpoint = PAL_USB_EP_IN;

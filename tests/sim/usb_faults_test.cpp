@@ -2,46 +2,11 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "tests/sim/plain_host.hpp"
+#include "tests/sim/faulty_host.hpp"
 
 namespace {
 
-using palpate::test::boot_image;
-using palpate::test::Bytes;
-using palpate::test::bytes_of;
-using palpate::test::Packet;
-using palpate::test::PlainHost;
-using palpate::test::running_device;
-using palpate::test::still_device;
-using palpate::test::ZERO_REQUEST;
-
-pal_usb_fault fault_of(const std::string& line) {
-    pal_usb_fault fault{};
-    pal_usb_fault_error error{};
-    const int n = pal_usb_faults_parse(line.data(), line.size(), &fault, 1, &error);
-    INFO(error.message);
-    REQUIRE(n == 1);
-    return fault;
-}
-
-void inject(PlainHost& host, const std::string& line) {
-    const pal_usb_fault fault = fault_of(line);
-    REQUIRE(pal_usb_device_inject(host.device(), &fault));
-}
-
-/// A running device, read with '>' as event character; nothing moves.
-PlainHost running() {
-    PlainHost host(running_device());
-    REQUIRE(host.ok());
-    host.begin_run();
-    host.vendor(0x06, 0x013E);
-    return host;
-}
-
-Bytes exchange(PlainHost& host, uint64_t limit_us = 3000) {
-    host.out(ZERO_REQUEST);
-    return host.payload(16, limit_us);
-}
+using namespace palpate::test;
 
 int encoder(const Bytes& reply, std::size_t axis) {
     REQUIRE(reply.size() == 16);

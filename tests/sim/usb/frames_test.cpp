@@ -4,14 +4,9 @@
 #include <cstring>
 #include <vector>
 
-#include "sim/falcon/usb_device.h"
-#include "sim/usb/host_controller.h"
+#include "sim/usb/device_port.h"
 
 namespace {
-
-pal_usb_device* device_of(void* context) {
-    return static_cast<pal_usb_device*>(context);
-}
 
 struct Stand {
     pal_usb_device device{};
@@ -21,16 +16,7 @@ struct Stand {
         pal_usb_device_config config = pal_usb_device_config_default();
         config.running = true;
         REQUIRE(pal_usb_device_init(&device, &config));
-        const pal_host_device wire = {
-            &device,
-            [](void* c, uint64_t t) { pal_usb_device_advance(device_of(c), t); },
-            [](const void* c) { return pal_usb_device_next_us(static_cast<const pal_usb_device*>(c)); },
-            [](void* c, const uint8_t s[8], uint8_t* d, size_t n) {
-                return pal_usb_device_control(device_of(c), s, d, n);
-            },
-            [](void* c, const uint8_t* b, size_t n) { return pal_usb_device_out(device_of(c), b, n); },
-            [](void* c, uint8_t p[64]) { return pal_usb_device_in(device_of(c), p); },
-            [](const void* c) { return pal_usb_device_present(static_cast<const pal_usb_device*>(c)); }};
+        const pal_host_device wire = pal_host_device_of(&device);
         pal_host_init(&host, &wire, PAL_HOST_FRAMES, packets_per_frame);
         request(0x03, 0x0002);  // 1.5 Mbaud
     }
