@@ -23,7 +23,7 @@ Compliance solved(const Sheet& sheet, const Load& load, Index nodes, Method meth
 struct Anchor {
     const char* name;
     Field rigidity;
-    double poisson, size_z, x, z, truth, sure;  ///< PLATE section 9, and how sure it is
+    double poisson, size_z, x, z, truth, sure;  ///< computed apart from this code, and how sure that is
 };
 
 std::vector<Anchor> anchors() {
@@ -132,7 +132,7 @@ TEST_CASE("loads add up, pull where they pull, and the compliance is the first o
 
 TEST_CASE("a disc gives way as the closed form says, and less where the plate stiffens") {
     const Load disc{.at_m = {0.5, 0.5}, .radius_m = 0.1};
-    // Mean over the disc and its middle, over the point's: PLATE section 4 (four digits).
+    // Mean over the disc and its middle, over the point's, computed apart from this code (four digits).
     const Compliance exact =
         solved(unit_sheet(one), disc, 33, Method::closed_form, {.points_m = {{0.5, 0.5}}});
     CHECK(exact.m_per_n / 0.005612024 == Approx(0.8577).epsilon(5e-4));
@@ -149,7 +149,7 @@ TEST_CASE("a rigid punch moves all it touches alike, and as much as known") {
     const Load punch{.at_m = {0.5, 0.5}, .radius_m = 0.1, .shape = Load::Shape::punch};
     const Compliance c = solved(unit_sheet(one), punch, 65, Method::cholesky,
                                 {.points_m = {{0.5, 0.5}, {0.53125, 0.546875}}, .field = true});
-    CHECK(std::fabs(c.m_per_n / (0.568 * 0.005612024) - 1.0) < c.relative_error);  // PLATE section 4
+    CHECK(std::fabs(c.m_per_n / (0.568 * 0.005612024) - 1.0) < c.relative_error);  // likewise
     CHECK(c.field_m(32, 32) == Approx(c.field_m(34, 35)).epsilon(1e-9));
     CHECK(c.field_m(32, 32) == Approx(c.field_m(26, 32)).epsilon(1e-9));
     CHECK(c.field_m(32, 32) > 1.01 * c.field_m(25, 32));

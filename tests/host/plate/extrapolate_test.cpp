@@ -17,7 +17,7 @@ using namespace fields;
 
 TEST_CASE("the series for the uniform square meets what is known of it") {
     CHECK(truth::uniform_square_compliance(0.0) == Approx(0.005612024020).epsilon(2e-10));
-    // Foundation patches of a sphere, R 30 mm, h 1 mm, E 1 MPa, nu 0.2: MATH_NOTES section 4.
+    // Foundation patches of a sphere, R 30 mm, h 1 mm, E 1 MPa, nu 0.2: computed apart from this code.
     const double rigidity = 1e6 * 1e-9 / 12.0 / (1.0 - 0.04);
     const double l = std::pow(rigidity / (1e6 * 1e-3 / 9e-4), 0.25);
     const auto sphere = [&](double side) {
@@ -87,7 +87,7 @@ struct Known {
     double on_65;        ///< with 33 + 65
 };
 
-/// PLATE section 9: numbers 2, 10 and 12, by a boundary fit and by C1 elements.
+/// Computed apart from this code, by a boundary fit and by C1 elements.
 std::vector<Known> known() {
     return {{"uniform", one, 0.2, 0.005612024020, 1e-10, 1e-9, 1e-9},
             {"1 + x", [](double x, double) { return 1.0 + x; }, 0.3, 0.00377153, 2e-6, 2e-5, 4e-6},
@@ -163,7 +163,7 @@ TEST_CASE("a foundation costs no accuracy, and the error told is never less than
 }
 
 TEST_CASE("rectangles and unequal spacing converge to the continuum") {
-    // PLATE section 9: 7, 8 and 14.
+    // Computed apart from this code.
     const auto rectangle = [](Index nx, Index nz, double size_z) {
         Problem problem;
         problem.size_m = {1.0, size_z};

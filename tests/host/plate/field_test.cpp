@@ -112,7 +112,7 @@ TEST_CASE(
     CHECK(std::log2(coarse / fine) == Approx(2.0).margin(0.1));
 }
 
-/// Number 13 of the anchors (PLATE section 9): D = 1 | 5 at x = 1/2, nu = 0.3, load at (1/4, 1/2).
+/// Computed apart from this code: D = 1 | 5 at x = 1/2, nu = 0.3, load at (1/4, 1/2).
 constexpr double JUMP_ANCHOR = 0.0027122;
 
 Problem jump_problem(Index n) {

@@ -75,8 +75,7 @@ TEST_CASE("no extrapolation without a second grid, no centre without a node ther
 }
 
 TEST_CASE("a stiff island that double cannot resolve is refused, one that it can is not") {
-    // The island's rigid motions are as soft as its surroundings: pivot ratio about 3/ratio (PLATE section
-    // 6).
+    // The island's rigid motions are as soft as its surroundings: pivot ratio about 3/ratio.
     const auto island = [](double ratio) {
         return unit_square(
             33, [=](double x, double z) { return x > 0.3 && x < 0.7 && z > 0.3 && z < 0.7 ? ratio : 1.0; });

@@ -31,7 +31,7 @@ double at_centre(const Eigen::VectorXd& interior) {
 }
 
 TEST_CASE("the compliance on a grid is that of the energy form, to nine digits") {
-    // PLATE section 9, found by an independent code.
+    // Found by an independent code.
     const std::vector<Anchor> anchors{{17, one, 5.893088423e-3},         {33, one, 5.696151392e-3},
                                       {65, one, 5.636449687e-3},         {17, hyper10, 2.883232925e-3},
                                       {33, hyper10, 2.791781845e-3},     {65, hyper10, 2.763141024e-3},
@@ -49,7 +49,7 @@ TEST_CASE("the compliance on a grid is that of the energy form, to nine digits")
 }
 
 TEST_CASE("a uniform load bends the uniform plate by the known amount, with second order") {
-    // Discrete values of PLATE section 9 (seven digits), and the continuum's.
+    // Discrete values of an independent code (seven digits), and the continuum's.
     constexpr double CONTINUUM = 0.001265319087;
     const auto centre = [](Index n) {
         const auto interior = (n - 2) * (n - 2);
@@ -145,7 +145,7 @@ struct OffCentre {
 };
 
 TEST_CASE("deflections under loads off the centre tend to the continuum's") {
-    // PLATE section 9, numbers 3, 4, 5, 10, 11, 12. Away from the load the error is h^2: Richardson. At the
+    // Anchors of an independent code. Away from the load the error is h^2: Richardson. At the
     // load subtract h^2 ln(1/h)/(16 pi D) first.
     const std::vector<OffCentre> cases{
         {one, 0.2, 0.75, 0.5, 0.0032855433, 0.5, 0.5, 0.0024684514},

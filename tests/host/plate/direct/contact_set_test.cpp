@@ -107,7 +107,7 @@ TEST_CASE("the contacts of uniform plates are those of the closed form, whatever
 }
 
 TEST_CASE("contacts off the centre are those of the continuum") {
-    // PLATE section 9, numbers 3, 4 and 5: loads at (.75, .5), (.75, .75) and (.625, .625).
+    // Computed apart from this code: loads at (.75, .5), (.75, .75) and (.625, .625).
     const ArrayXXd table = contacts(65, fields::one, 0.0);
     CHECK(table(8, 8) == Approx(0.005612024020).epsilon(1e-6));
     CHECK(table(16, 8) == Approx(0.0032855433).epsilon(1e-6));

@@ -1,5 +1,5 @@
 // The paper's equation 7 by central differences: right where D is smooth, wrong by any factor where it is
-// not. Figures of PLATE section 2, column (a), found by an independent code.
+// not. Figures found by an independent code.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -129,7 +129,7 @@ double made_up_error(Method method, Index n) {
 }
 
 TEST_CASE("eq. 7 is of second order where D is smooth, though worse than the energy form") {
-    // Errors as in PLATE section 2, of both.
+    // Errors as an independent code has them, of both.
     CHECK(made_up_error(Method::eq7, 17) == Approx(2.70e-2).epsilon(5e-3));
     CHECK(made_up_error(Method::eq7, 33) == Approx(6.8e-3).epsilon(1e-2));
     CHECK(made_up_error(Method::eq7, 65) == Approx(1.71e-3).epsilon(5e-3));

@@ -1,4 +1,4 @@
-// Jacobi's iteration: what it costs, and what its stop rule is worth. Figures of PLATE section 1.
+// Jacobi's iteration: what it costs, and what its stop rule is worth. Figures of an independent code.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>

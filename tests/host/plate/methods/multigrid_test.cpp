@@ -36,7 +36,7 @@ long iterations_to(const Problem& problem, double error, long most) {
 }
 
 TEST_CASE("multigrid needs as few iterations on every grid as is known, where D is smooth") {
-    // PLATE section 3, to errors of 1e-3 / 1e-6: 3/8 to 4/9, with a smoother tuned by power iteration.
+    // An independent code, to errors of 1e-3 / 1e-6: 3/8 to 4/9, with a smoother tuned by power iteration.
     const Index n = GENERATE(as<Index>{}, 33, 65, 129);
     CAPTURE(n);
     CHECK(iterations_to(unit_square(n, one), 1e-3, 9) <= 4);
