@@ -17,7 +17,7 @@ extern "C" {
 enum {
     PAL_LINK_MAGIC = 0x4B4E494C,  // "LINK"
     PAL_LINK_ENDIAN = 0x01020304,
-    PAL_LINK_ABI = 1
+    PAL_LINK_ABI = 2
 };
 
 /// Written once by the creator (magic last), read once by whoever attaches.
@@ -59,6 +59,18 @@ static_assert(offsetof(pal_link_host, stop) == 16, "PROTOCOL.md 1");
 static_assert(offsetof(pal_link_host, reserved) == 20, "PROTOCOL.md 1");
 static_assert(sizeof(pal_link_host) == 64, "PROTOCOL.md 1");
 
+/// What the operating system granted the loop for real time. Bits of pal_link_loop.realtime and
+/// realtime_refused; a step that was not asked for is in neither.
+typedef enum pal_realtime {
+    PAL_REALTIME_MEMORY_LOCKED = 1 << 0,  ///< mlockall: no page of the process is ever fetched again
+    PAL_REALTIME_STACK_TOUCHED = 1 << 1,  ///< the stack's pages were there before the first tick
+    PAL_REALTIME_TIMER_SLACK = 1 << 2,    ///< wake-ups may be late by 1 ns on purpose, not by 50 us
+    PAL_REALTIME_CPU = 1 << 3,            ///< pinned to the processor that was asked for
+    PAL_REALTIME_CPU_LATENCY = 1 << 4,    ///< /dev/cpu_dma_latency holds the processors out of deep sleep
+    PAL_REALTIME_FIFO = 1 << 5,           ///< SCHED_FIFO
+    PAL_REALTIME_DEADLINE = 1 << 6        ///< SCHED_DEADLINE
+} pal_realtime;
+
 /// Words the loop writes and the host reads.
 typedef struct pal_link_loop {
     alignas(64) uint32_t pid;
@@ -66,7 +78,12 @@ typedef struct pal_link_loop {
     uint32_t ended;       ///< 1 after the loop sent its last zero force
     uint32_t end_reason;  ///< the PAL_FAULT_* bit that ended it; 0: it was asked to
     uint32_t n_bad_tables;
-    uint32_t reserved[11];
+    uint32_t realtime;          ///< PAL_REALTIME_* that the system granted
+    uint32_t realtime_refused;  ///< PAL_REALTIME_* that it refused
+    uint32_t n_minor_faults;    ///< page faults of the tick's thread since the first tick
+    uint32_t n_major_faults;    ///< of these, with a disk access
+    uint32_t n_preempted;       ///< times that the tick's thread lost its processor against its will
+    uint32_t reserved[6];
 } pal_link_loop;
 
 static_assert(offsetof(pal_link_loop, pid) == 0, "PROTOCOL.md 1");
@@ -74,7 +91,12 @@ static_assert(offsetof(pal_link_loop, heartbeat) == 4, "PROTOCOL.md 1");
 static_assert(offsetof(pal_link_loop, ended) == 8, "PROTOCOL.md 1");
 static_assert(offsetof(pal_link_loop, end_reason) == 12, "PROTOCOL.md 1");
 static_assert(offsetof(pal_link_loop, n_bad_tables) == 16, "PROTOCOL.md 1");
-static_assert(offsetof(pal_link_loop, reserved) == 20, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, realtime) == 20, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, realtime_refused) == 24, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, n_minor_faults) == 28, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, n_major_faults) == 32, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, n_preempted) == 36, "PROTOCOL.md 1");
+static_assert(offsetof(pal_link_loop, reserved) == 40, "PROTOCOL.md 1");
 static_assert(sizeof(pal_link_loop) == 64, "PROTOCOL.md 1");
 
 typedef struct pal_link {

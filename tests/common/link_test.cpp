@@ -33,7 +33,7 @@ TEST_CASE("a link of another layout is refused") {
         {PAL_ERR_MAGIC, [](pal_link_header& h) { h.magic = 0; }},
         {PAL_ERR_ENDIAN, [](pal_link_header& h) { h.magic = 0x4C494E4BU; }},
         {PAL_ERR_ENDIAN, [](pal_link_header& h) { h.endian = 0x04030201; }},
-        {PAL_ERR_ABI, [](pal_link_header& h) { h.abi = 2; }},
+        {PAL_ERR_ABI, [](pal_link_header& h) { h.abi = PAL_LINK_ABI + 1; }},
         {PAL_ERR_SIZE, [](pal_link_header& h) { h.n_bytes -= 64; }},
         {PAL_ERR_SIZE, [](pal_link_header& h) { h.table_bytes += 4; }},
         {PAL_ERR_SIZE, [](pal_link_header& h) { h.tick_bytes = 128; }},
