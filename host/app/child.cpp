@@ -12,6 +12,11 @@ extern char** environ;
 
 namespace palpate::app {
 
+std::string how_ended(int status) {
+    return WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
+                               : "exit " + std::to_string(WEXITSTATUS(status));
+}
+
 Child::Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
              const std::filesystem::path& log) {
     std::vector<std::string> words{program.string()};
@@ -48,8 +53,7 @@ std::optional<std::string> Child::ended() {
     if (how_) return how_;
     int status = 0;
     if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
-    how_ = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
-                               : "exit " + std::to_string(WEXITSTATUS(status));
+    how_ = how_ended(status);
     return how_;
 }
 

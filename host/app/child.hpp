@@ -15,6 +15,9 @@ struct ChildError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// "exit 3" or "signal 9", from what waitpid says.
+[[nodiscard]] std::string how_ended(int status);
+
 class Child {
 public:
     /// Starts `program` with `arguments`; its stdout and stderr are appended to `log`. Throws

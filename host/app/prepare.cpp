@@ -44,7 +44,7 @@ std::string why_no_tables(const Prepared& prepared, const RunResult& result) {
     if (!result.refused_by_check.empty())
         return "every table was refused: " + result.refused_by_check.front().why;
     if (result.n_tables_refused == 0) return "";
-    const std::string& why = prepared.field->why_not();
+    const std::string& why = result.why_no_plate;
     return "no table could be built: where the tool was the skin is not smooth or ends; for a double wall "
            "set "
            "object.sides = \"outer\"" +

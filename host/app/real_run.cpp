@@ -1,31 +1,22 @@
-#include <unistd.h>
-
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
-#include "host/app/child.hpp"
+#include "host/app/flight.hpp"
 #include "host/app/interrupt.hpp"
+#include "host/app/live.hpp"
 #include "host/app/run.hpp"
-#include "host/app/scratch.hpp"
-#include "host/app/table_thread.hpp"
-#include "host/link/segment.hpp"
+#include "host/app/table_process.hpp"
 
 namespace palpate::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int START_TIMEOUT_MS = 3000;
-constexpr int ANSWER_TIMEOUT_MS = 2000;
-constexpr int END_TIMEOUT_MS = 5000;  // of a loop that was asked to end: 20 packets of zero force
-constexpr int NEIGHBOUR_MS = 200;     // a device that dies ends the loop too: time for its own end to show
-constexpr auto REST_TIMEOUT = std::chrono::seconds(1);
 constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
-constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
+constexpr std::uint32_t HOMING_TICKS_MAX = 10000;  // by the simulated hand; a person takes the time it takes
 
 std::string millionths(double value) {
     return std::to_string(std::llround(1e6 * value));
@@ -41,76 +32,33 @@ void write_path(const std::filesystem::path& file, const std::vector<DevicePoint
     if (!out) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-std::string number(double value) {
+std::string grip_text(const scene::Hand& hand) {
     std::ostringstream out;
-    out << value;
+    out << hand.mass_kg << ',' << hand.stiffness_n_per_m << ',' << hand.damping_n_s_per_m;
     return out.str();
 }
 
-std::vector<std::string> device_arguments(const scene::Scene& scene, const Scratch& scratch) {
-    const scene::Hand& hand = scene.hand;
-    return {
-        "serve",
-        "--socket",
-        (scratch / "falcon").string(),
-        "--path",
-        (scratch / "path").string(),
-        "--grip",
-        number(hand.mass_kg) + "," + number(hand.stiffness_n_per_m) + "," + number(hand.damping_n_s_per_m),
-        "--ramp-ticks",
-        std::to_string(std::max(1L, std::lround(1e3 * scene.touch.ramp_s))),
-        "--seed",
-        std::to_string(scene.run.seed),
-        "--die-with-parent"};
-}
-
-std::vector<std::string> loop_arguments(const scene::Scene& scene, const Scratch& scratch,
-                                        const std::string& link) {
-    return {"--link",        link,
-            "--device",      "link:" + (scratch / "falcon").string(),
-            "--force-max-n", number(scene.touch.force_max_n),
-            "--ramp-ticks",  std::to_string(std::lround(1e3 * scene.touch.ramp_s))};
-}
-
-std::string last_line(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    std::string line, last;
-    while (std::getline(in, line)) {
-        if (!line.empty()) last = line;
+LiveOptions live_options(const Prepared& prepared, const Scratch& scratch) {
+    const scene::Scene& scene = prepared.world->scene;
+    const scene::Device& device = scene.device;
+    LiveOptions options{.device = device.backend,
+                        .firmware = device.firmware,
+                        .delta = device.model == scene::Device{}.model ? "" : device.model,
+                        .sim_arguments = {},
+                        .force_max_n = scene.touch.force_max_n,
+                        .ramp_ticks = std::lround(1e3 * scene.touch.ramp_s),
+                        .loop_arguments = {}};
+    if (device.backend == "usb") {
+        if (!device.serial.empty()) options.device += ":" + device.serial;
+        return options;
     }
-    return last;
-}
-
-/// What the simulated Falcon says of itself, one JSON line; empty when nobody answers.
-std::string ask_device(const Scratch& scratch) {
-    const std::filesystem::path answer = scratch / "status";
-    std::filesystem::remove(answer);
-    Child asker(program_beside("palpate-falcon-sim"), {"status", "--socket", (scratch / "falcon").string()},
-                answer);
-    asker.wait(ANSWER_TIMEOUT_MS);
-    return asker.ended() == "exit 0" ? last_line(answer) : "";
-}
-
-/// Likewise once its motors are off: a loop that was killed sends no zero force, then the device's own
-/// watchdog switches them off after 100 ms.
-std::string device_at_rest(const Scratch& scratch) {
-    const auto until = Clock::now() + REST_TIMEOUT;
-    std::string status = ask_device(scratch);
-    while (!status.empty() && status.find("\"motor_counts\":[0,0,0]") == std::string::npos &&
-           Clock::now() < until) {
-        status = ask_device(scratch);
-    }
-    return status.empty() ? "{\"no_answer\": true}" : status;
-}
-
-/// What ended the building of tables, in words; empty while nothing did.
-std::string why_no_more_tables(const std::exception_ptr& failure) {
-    if (!failure) return "";
-    try {
-        std::rethrow_exception(failure);
-    } catch (const std::exception& error) {
-        return std::string("building a table failed: ") + error.what();
-    }
+    const std::filesystem::path path = scratch / "path";
+    write_path(path, device_path(*prepared.world));
+    options.sim_arguments = {"--path",       path.string(),
+                             "--grip",       grip_text(scene.hand),
+                             "--ramp-ticks", std::to_string(std::max(1L, options.ramp_ticks)),
+                             "--seed",       std::to_string(scene.run.seed)};
+    return options;
 }
 
 /// Reads the loop's records and numbers the path's ticks: the path begins a ramp after homing, here as in the
@@ -132,6 +80,7 @@ public:
         }
         return ticks.size() > before ? &ticks.back() : nullptr;
     }
+    [[nodiscard]] std::uint32_t n_dropped() const { return reader_.n_dropped; }
 
 private:
     const pal_link* link_;
@@ -159,92 +108,132 @@ private:
     double hz_ = 0.0;
 };
 
-void wait_for_device(Child& device, const Scratch& scratch, const std::filesystem::path& log) {
-    for (int waited = 0; waited < START_TIMEOUT_MS; waited += 5) {
-        if (std::filesystem::exists(scratch / "falcon.control")) return;  // the last of its two sockets
-        if (const auto how = device.ended()) {
-            throw ChildError("palpate-falcon-sim ended at once (" + *how + "): " + last_line(log));
-        }
-        usleep(5000);
-    }
-    throw ChildError("palpate-falcon-sim did not open its socket within 3 s");
-}
-
-/// Which program ended in mid-run, how, and why as far as is known; empty while both run.
-std::string who_ended(Child& device, Child& loop, const pal_link& link) {
-    const auto loop_end = loop.ended();
-    if (loop_end) device.wait(NEIGHBOUR_MS);
-    if (const auto how = device.ended())
-        return "palpate-falcon-sim ended in mid-run (" + *how + "); see log.txt";
-    if (!loop_end) return "";
-    const std::uint32_t reason = pal_link_load(&link.loop.end_reason);
-    return "palpate-loop ended in mid-run (" + *loop_end +
-           (reason != 0 ? ", " + record::fault_words(reason) : "") + "); see log.txt";
-}
-
-bool finished(const std::vector<pal_tick>& ticks, std::uint32_t path_ticks) {
+/// Whether the run is over: the path's end, or of a person's the duration, if the scene has one.
+bool finished(const scene::World& world, bool simulated, const std::vector<pal_tick>& ticks) {
     if (ticks.empty()) return false;
-    return ticks.back().path_tick > path_ticks ||
-           (ticks.back().path_tick == 0 && ticks.back().tick > HOMING_TICKS_MAX);
+    const pal_tick& last = ticks.back();
+    if (simulated) {
+        return last.path_tick > path_ticks(world) || (last.path_tick == 0 && last.tick > HOMING_TICKS_MAX);
+    }
+    const double duration_s = world.scene.run.duration_s;
+    return duration_s > 0.0 && last.path_tick > std::lround(1e3 * duration_s);
 }
+
+nlohmann::json restarts_json(const std::vector<TableRestart>& restarts) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const TableRestart& restart : restarts) {
+        nlohmann::json one = {{"why", restart.why}, {"noticed_tick", restart.noticed_tick}};
+        one["table_after_s"] = nullptr;
+        if (restart.served_ns != 0)
+            one["table_after_s"] = 1e-9 * static_cast<double>(restart.served_ns - restart.noticed_ns);
+        else
+            one["table_after_s_why"] = "none was due before the end";
+        all.push_back(one);
+    }
+    return all;
+}
+
+/// Watches the loop, the device and the table builder until the run is over or one of them ends it.
+class RealRun {
+public:
+    RealRun(const Prepared& prepared, Progress& progress, const Scratch& scratch, const RealOutput& output)
+        : prepared_(&prepared),
+          progress_(&progress),
+          live_(live_options(prepared, scratch), scratch, output.directory / "log.txt",
+                [&](const std::string& name, const pal_link& link) {
+                    const std::string words = salvage_flight(output.directory, output.header, name, link);
+                    if (!words.empty()) progress.done(words);
+                }),
+          tables_(prepared, live_.link()),
+          watcher_(live_.link(),
+                   static_cast<std::uint32_t>(std::lround(1e3 * prepared.world->scene.touch.ramp_s))),
+          flight_(output.directory, output.header) {}
+
+    RunResult run(const Operator& rig) {
+        result_.start_unix_ns =
+            static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
+        result_.start_monotonic_ns = monotonic_ns();
+        Rate rate;
+        for (std::uint32_t beat = 1; !finished(*prepared_->world, live_.simulated(), result_.ticks); ++beat) {
+            obey(rig, beat);
+            if (const pal_tick* newest = watcher_.drain(result_.ticks)) {
+                const double hz = rate.now(result_.ticks.size());
+                rig.show(*newest, hz);
+                progress_->show("real time  " + status_line(*newest, hz));
+            }
+            if (!all_well()) break;
+            std::this_thread::sleep_for(LOOK_EVERY);
+        }
+        end();
+        return std::move(result_);
+    }
+
+private:
+    void obey(const Operator& rig, std::uint32_t beat) {
+        pal_link_host& words = live_.link().host;
+        pal_link_store(&words.heartbeat, beat);
+        pal_link_store(&words.enable, rig.enable() ? 1 : 0);
+        if (rig.estop()) pal_link_store(&words.estop, 1);
+    }
+
+    bool all_well() {
+        const std::size_t n_restarts = tables_.restarts().size();
+        tables_.look(result_.ticks);
+        if (tables_.restarts().size() > n_restarts)
+            progress_->done("the table builder ended (" + tables_.restarts().back().why +
+                            "); a new one goes on");
+        flight_.look(result_.ticks, tables_.report().tables);
+        result_.failure = live_.failure();
+        if (!result_.failure.empty()) {
+            const TakeOver over = live_.take_over();
+            watcher_.drain(result_.ticks);
+            flight_.look(result_.ticks, tables_.report().tables);
+            flight_.note(result_.failure, result_.ticks, tables_.report().tables);
+            result_.supervision["take_over"] = {
+                {"done", over.done}, {"took_s", over.took_s}, {"words", over.words}};
+        }
+        if (result_.failure.empty()) result_.failure = tables_.failure();
+        result_.interrupted = interrupted() && result_.failure.empty();
+        return result_.failure.empty() && !result_.interrupted;
+    }
+
+    void end() {
+        const bool ended = live_.stop();  // before the table at work is waited for: the force ends now
+        if (!ended && result_.failure.empty()) result_.failure = "palpate-loop did not end when asked to";
+        tables_.stop();
+        watcher_.drain(result_.ticks);
+        flight_.look(result_.ticks, tables_.report().tables);
+        result_.end_monotonic_ns = monotonic_ns();
+        result_.device_status = live_.device_at_rest();
+        const TableProcess::Report& report = tables_.report();
+        result_.tables = report.tables;
+        result_.n_tables_built = report.n_built;
+        result_.n_tables_refused = report.n_refused_places;
+        result_.refused_by_check = report.refused;
+        result_.why_no_plate = report.why_no_plate;
+        result_.supervision["table_builder_restarts"] = restarts_json(tables_.restarts());
+        result_.supervision["flight_records"] = flight_.files();
+        result_.supervision["n_records_lost"] = watcher_.n_dropped();
+        const bool homed = !result_.ticks.empty() && result_.ticks.back().path_tick > 0;
+        if (result_.failure.empty() && !result_.interrupted && !homed)
+            result_.failure = "the device did not home within 10 s";
+        if (live_.simulated()) result_.no_tables = why_no_tables(*prepared_, result_);
+    }
+
+    const Prepared* prepared_;
+    Progress* progress_;
+    Live live_;
+    TableProcess tables_;
+    Watcher watcher_;
+    FlightRecorder flight_;
+    RunResult result_;
+};
 
 }  // namespace
 
 RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress, const Scratch& scratch,
-                   const std::filesystem::path& log) {
-    const scene::Scene& scene = prepared.world->scene;
-    const link::Segment segment;
-    pal_link& link = segment.link();
-    write_path(scratch / "path", device_path(*prepared.world));
-    Child device(program_beside("palpate-falcon-sim"), device_arguments(scene, scratch), log);
-    wait_for_device(device, scratch, log);
-    std::ofstream(log, std::ios::app)
-        << "palpate: the device's socket is " << (scratch / "falcon").string() << '\n';
-    pal_link_store(&link.host.enable, 1);
-    RunResult result;
-    result.start_unix_ns =
-        static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
-    result.start_monotonic_ns = monotonic_ns();
-    Child loop(program_beside("palpate-loop"), loop_arguments(scene, scratch, segment.name()), log);
-    table::Server server(*prepared.world, *prepared.field, prepared.options);
-    TableThread tables([&server](const pal_tick& record) { return server.update(record); }, link);
-    Watcher watcher(link, static_cast<std::uint32_t>(std::lround(1e3 * scene.touch.ramp_s)));
-    Rate rate;
-    for (std::uint32_t beat = 1; !finished(result.ticks, path_ticks(*prepared.world)); ++beat) {
-        pal_link_store(&link.host.heartbeat, beat);
-        pal_link_store(&link.host.enable, rig.enable() ? 1 : 0);
-        if (rig.estop()) pal_link_store(&link.host.estop, 1);
-        if (const pal_tick* newest = watcher.drain(result.ticks)) {
-            tables.offer(*newest);
-            const double hz = rate.now(result.ticks.size());
-            rig.show(*newest, hz);
-            progress.show("real time  " + status_line(*newest, hz));
-        }
-        result.failure = who_ended(device, loop, link);
-        if (result.failure.empty()) result.failure = why_no_more_tables(tables.failure());
-        if (!result.failure.empty()) break;
-        if (interrupted()) {
-            result.interrupted = true;
-            break;
-        }
-        std::this_thread::sleep_for(LOOK_EVERY);
-    }
-    pal_link_store(&link.host.stop, 1);  // before the table at work is waited for: the force ends now
-    tables.stop();
-    if (!loop.wait(END_TIMEOUT_MS) && result.failure.empty())
-        result.failure = "palpate-loop did not end when asked to";
-    watcher.drain(result.ticks);
-    result.end_monotonic_ns = monotonic_ns();
-    result.device_status = device_at_rest(scratch);
-    result.tables = tables.tables();
-    result.n_tables_built = server.n_built();
-    result.n_tables_refused = server.n_refused();
-    result.refused_by_check = tables.refused();
-    const bool homed = !result.ticks.empty() && result.ticks.back().path_tick > 0;
-    if (result.failure.empty() && !result.interrupted && !homed)
-        result.failure = "the device did not home within 10 s";
-    result.no_tables = why_no_tables(prepared, result);
-    return result;
+                   const RealOutput& output) {
+    return RealRun(prepared, progress, scratch, output).run(rig);
 }
 
 }  // namespace palpate::app

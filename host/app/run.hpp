@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -45,7 +46,9 @@ struct RunResult {
     bool interrupted = false;
     std::string failure;        ///< a process or device that failed, in words; empty when all went well
     std::string no_tables;      ///< why a path that wants contact got no table at all; empty when it got one
+    std::string why_no_plate;   ///< of the stiffness field, if some point had none
     std::string device_status;  ///< JSON line of the simulated device after a real run
+    nlohmann::json supervision = nlohmann::json::object();  ///< real time: restarts, take-over, flight records
 };
 
 /// Lockstep: device, loop and host advance by ticks. `before_publish` may change a table on its way (tests
@@ -57,10 +60,18 @@ struct RunResult {
 /// The loop's look-up and the table builder, as the error analysis needs them. Borrows `prepared`.
 [[nodiscard]] report::LoopModel loop_model(const Prepared& prepared);
 
-/// Three processes by the wall clock: this one, palpate-loop and palpate-falcon-sim, found beside this
-/// program; what they print goes to `log`.
+/// Where a run in real time leaves what cannot wait for its end: log.txt and the flight records, these with
+/// `header`.
+struct RealOutput {
+    std::filesystem::path directory;
+    nlohmann::json header;
+};
+
+/// Processes by the wall clock: this one, which watches; the table builder, forked from it and forked anew
+/// when it dies; palpate-loop; and palpate-falcon-sim unless the scene's device is a real one. A loop that
+/// dies or stands still ends the run, with zero force sent to the device in its place.
 [[nodiscard]] RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress,
-                                 const Scratch& scratch, const std::filesystem::path& log);
+                                 const Scratch& scratch, const RealOutput& output);
 
 /// The hand's path in the device frame, one point every 10 ms.
 struct DevicePoint {

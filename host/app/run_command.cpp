@@ -29,7 +29,7 @@ constexpr const char* RIG_HELP = "not in this build (PALPATE_RIG)";
 #endif
 
 struct RunOptions {
-    std::string scene, clock, out, device, rig, check = "sample";
+    std::string scene, clock, out, device, firmware, delta, rig, check = "sample";
     double duration_s = 0.0;
     std::vector<std::string> set;
     bool json = false, quiet = false;
@@ -37,8 +37,14 @@ struct RunOptions {
 
 std::vector<std::string> overrides_of(const RunOptions& options) {
     std::vector<std::string> overrides = options.set;
-    if (!options.clock.empty()) overrides.push_back("run.clock=" + options.clock);
-    if (!options.device.empty()) overrides.push_back("device.backend=" + options.device);
+    const std::size_t colon = options.device.find(':');
+    const std::string backend = options.device.substr(0, colon);
+    const std::string clock = options.clock.empty() && backend == "usb" ? "real" : options.clock;
+    if (!clock.empty()) overrides.push_back("run.clock=" + clock);
+    if (!backend.empty()) overrides.push_back("device.backend=" + backend);
+    if (colon != std::string::npos) overrides.push_back("device.serial=" + options.device.substr(colon + 1));
+    if (!options.firmware.empty()) overrides.push_back("device.firmware=" + options.firmware);
+    if (!options.delta.empty()) overrides.push_back("device.model=" + options.delta);
     if (options.duration_s > 0.0) overrides.push_back("run.duration_s=" + std::to_string(options.duration_s));
     return overrides;
 }
@@ -123,6 +129,7 @@ Json summary_of(const RunOptions& options, const Prepared& prepared, const RunRe
         summary["device"] = Json::parse(result.device_status, nullptr, false);
         if (summary["device"].is_discarded()) summary["device"] = {{"no_answer", result.device_status}};
     }
+    if (!result.supervision.empty()) summary["supervision"] = result.supervision;
     summary.update(Json{
         {"title", world.scene.title},
         {"clock", world.scene.run.clock},
@@ -155,22 +162,27 @@ int judge(const scene::World& world, const RunResult& result, Json& summary) {
     return fails ? 1 : 0;
 }
 
-nlohmann::json record_header(const RunOptions& options, const Prepared& prepared, const RunResult& result,
+/// What is known before the first tick.
+nlohmann::json record_header(const RunOptions& options, const Prepared& prepared,
                              const std::string& scene_toml) {
     const scene::World& world = *prepared.world;
-    return {
-        {"schema", "palpate.record/1"},
-        {"palpate", PALPATE_VERSION},
-        {"build", PALPATE_BUILD},
-        {"command", command_of(options)},
-        {"scene_hash", record::hash_text(world.scene.hash)},
-        {"scene", scene_toml},
-        {"object", object_json(world)},
-        {"started_utc", record::utc_text(static_cast<std::time_t>(result.start_unix_ns / 1'000'000'000U))},
-        {"start_unix_ns", result.start_unix_ns},
-        {"start_monotonic_ns", result.start_monotonic_ns},
-        {"end_monotonic_ns", result.end_monotonic_ns},
-        {"device", "simulated novint-falcon"}};
+    return {{"schema", "palpate.record/1"},
+            {"palpate", PALPATE_VERSION},
+            {"build", PALPATE_BUILD},
+            {"command", command_of(options)},
+            {"scene_hash", record::hash_text(world.scene.hash)},
+            {"scene", scene_toml},
+            {"object", object_json(world)},
+            {"device", world.scene.device.backend == "sim" ? "simulated novint-falcon"
+                                                           : world.scene.device.model + " on the USB"}};
+}
+
+/// What is known after the last.
+void add_times(nlohmann::json& header, const RunResult& result) {
+    header["started_utc"] = record::utc_text(static_cast<std::time_t>(result.start_unix_ns / 1'000'000'000U));
+    header["start_unix_ns"] = result.start_unix_ns;
+    header["start_monotonic_ns"] = result.start_monotonic_ns;
+    header["end_monotonic_ns"] = result.end_monotonic_ns;
 }
 
 std::filesystem::path output_directory(const RunOptions& options) {
@@ -178,13 +190,10 @@ std::filesystem::path output_directory(const RunOptions& options) {
     return std::filesystem::path("out") / std::filesystem::path(options.scene).stem();
 }
 
-void write_results(const std::filesystem::path& directory, const RunOptions& options,
+void write_results(const std::filesystem::path& directory, const nlohmann::json& header,
                    const Prepared& prepared, const RunResult& result, Progress& progress) {
-    const std::string scene_toml =
-        scene::resolved_toml(prepared.world->scene, std::filesystem::absolute(directory));
-    record::write_file(directory / "scene.toml", scene_toml);
-    record::write(directory / "run.palrec",
-                  {record_header(options, prepared, result, scene_toml), result.ticks, result.tables});
+    record::write_file(directory / "scene.toml", header["scene"].get<std::string>());
+    record::write(directory / "run.palrec", {header, result.ticks, result.tables});
     record::write_ticks_csv(directory / "ticks.csv", result.ticks);
     record::write_ticks_json(directory / "ticks.json");
     record::write_events_csv(directory / "events.csv", result.ticks);
@@ -228,6 +237,10 @@ void say(const Json& summary, const std::filesystem::path& directory) {
                              "force.png", "curve.png", "touch.png", "log.txt"}) {
         if (std::filesystem::exists(directory / name)) std::cerr << ' ' << name;
     }
+    if (summary.contains("supervision")) {
+        for (const auto& name : summary["supervision"]["flight_records"])
+            std::cerr << ' ' << name.get<std::string>();
+    }
     std::cerr << '\n';
 }
 
@@ -245,11 +258,15 @@ int run(const RunOptions& options) {
     if (server) rig = server->as_operator();
 #endif
     const Prepared prepared = prepare(scene::build(scene), progress);
+    nlohmann::json header =
+        record_header(options, prepared,
+                      scene::resolved_toml(prepared.world->scene, std::filesystem::absolute(out.path())));
     const RunResult result = is_virtual ? run_virtual(prepared, rig, progress)
-                                        : run_real(prepared, rig, progress, *scratch, out.path() / "log.txt");
+                                        : run_real(prepared, rig, progress, *scratch, {out.path(), header});
+    add_times(header, result);
     Json summary = summary_of(options, prepared, result, progress);
     const int code = judge(*prepared.world, result, summary);
-    write_results(out.path(), options, prepared, result, progress);
+    write_results(out.path(), header, prepared, result, progress);
     record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
     out.commit();
     progress.leave();
@@ -277,7 +294,17 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     command->add_option("--out", options->out, "result folder; an earlier one moves to DIR.1 (out/SCENE)");
     command->add_option("--set", options->set, "section.key=value: any key of the scene, kept in the record")
         ->allow_extra_args(false);
-    command->add_option("--device", options->device, "sim");
+    command
+        ->add_option(
+            "--device", options->device,
+            "sim, or usb[:SERIAL]: a real Falcon in a person's hand, clock real, until Ctrl-C or --duration")
+        ->check([](const std::string& device) {
+            const bool known = device == "sim" || device == "usb" || device.rfind("usb:", 0) == 0;
+            return std::string(known ? "" : "sim, usb or usb:SERIAL is expected, not " + device);
+        });
+    command->add_option("--firmware", options->firmware,
+                        "with usb: the boot image (palpate device firmware)");
+    command->add_option("--delta", options->delta, "with usb: another delta's geometry and gains, TOML");
     command
         ->add_option("--check", options->check, "ticks compared with the plate: sample (about 400) or full")
         ->check(CLI::IsMember({"sample", "full"}));

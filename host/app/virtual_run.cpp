@@ -103,6 +103,7 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
     result.n_tables_built = server.n_built();
     result.n_tables_refused = server.n_refused();
     result.refused_by_check = publisher.refused();
+    result.why_no_plate = prepared.field->why_not();
     result.no_tables = why_no_tables(prepared, result);
     if (result.ticks.empty() || result.ticks.back().path_tick == 0) {
         if (!result.interrupted && !world.path.empty()) result.failure = "the device did not home within 5 s";

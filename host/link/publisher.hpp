@@ -22,8 +22,9 @@ struct Refused {
 
 class Publisher {
 public:
-    /// The only writer of `link`'s table ring.
-    explicit Publisher(pal_link& link) : link_(&link) {}
+    /// The only writer of `link`'s table ring. Its tables are numbered from `last_id` + 1 on: above all that
+    /// an earlier publisher of this ring may have used, or the loop refuses them.
+    explicit Publisher(pal_link& link, std::uint64_t last_id = 0) : link_(&link), last_id_(last_id) {}
     /// Numbers and seals `table` and makes a copy of it the newest. Returns what was published; nullptr when
     /// the loop would refuse it: then it is in refused() and the last one stays. About 20 us.
     const pal_table* publish(std::unique_ptr<pal_table> table, std::uint32_t now_tick);
@@ -36,7 +37,7 @@ public:
 private:
     pal_link* link_;
     std::unique_ptr<pal_table> last_;
-    std::uint64_t last_id_ = 0;
+    std::uint64_t last_id_;
     std::uint32_t last_tick_ = 0;
     std::vector<Refused> refused_;
 };

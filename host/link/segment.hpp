@@ -1,5 +1,6 @@
 /// The shared segment between host and loop, as its creator sees it.
 #pragma once
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -11,12 +12,15 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// A segment whose creator was killed: its name and what the loop and the host last wrote there.
+using Salvage = std::function<void(const std::string& name, const pal_link& link)>;
+
 /// Creates a POSIX shared-memory segment that only this user can open (0600), named after user and process,
-/// prepared by pal_link_init; removed again when this goes. Segments whose creator no longer lives are
-/// removed first.
+/// prepared by pal_link_init; removed again when this goes.
 class Segment {
 public:
-    Segment();
+    /// Segments whose creator no longer lives are removed first, after `salvage` has seen each that is whole.
+    explicit Segment(const Salvage& salvage = [](const std::string&, const pal_link&) {});
     ~Segment();
     Segment(const Segment&) = delete;
     Segment& operator=(const Segment&) = delete;

@@ -177,9 +177,25 @@ void check_path(const Source& source, const std::vector<PathPoint>& path) {
     }
 }
 
+void check_device(const Source& source, const Scene& scene) {
+    const Device& device = scene.device;
+    if (device.backend == "usb") {
+        if (scene.run.clock == "real") return;
+        source.fail("device.backend", "device.backend is usb and run.clock is " + scene.run.clock +
+                                          "; run.clock = \"real\" is expected: no person moves in lockstep");
+    }
+    const auto only_usb = [&](const std::string& name, bool given) {
+        if (given) source.fail(name, name + " is given; device.backend = \"usb\" is expected with it");
+    };
+    only_usb("device.model", device.model != Device{}.model);
+    only_usb("device.serial", !device.serial.empty());
+    only_usb("device.firmware", !device.firmware.empty());
+}
+
 void check_whole(const Source& source, const Scene& scene) {
     check_object(source, scene.object);
     check_path(source, scene.hand.path);
+    check_device(source, scene);
     const std::uint32_t nodes = scene.solver.table_nodes;
     if (nodes != 0 && (nodes < 5 || nodes > 65 || nodes % 2 == 0)) {
         source.fail("solver.table_nodes", "solver.table_nodes is " + std::to_string(nodes) +

@@ -87,7 +87,10 @@ struct Solver {
 };
 
 struct Device {
-    std::string backend = "sim";
+    std::string backend = "sim";          ///< sim or usb
+    std::string model = "novint-falcon";  ///< or a file with another delta's geometry and gains
+    std::string serial;                   ///< usb: which one; empty: the first
+    std::string firmware;                 ///< usb: the boot image; empty: where palpate-loop looks itself
 };
 
 struct PathPoint {

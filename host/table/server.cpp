@@ -70,29 +70,33 @@ bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) 
     return (tool_m - last_tool_m_).norm() > last_serves_m_ || std::abs(deeper_m) > DEEPER_M;
 }
 
-std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
-    if (record.state != PAL_STATE_ENABLED) return nullptr;
+std::optional<Server::Place> Server::track(const pal_tick& record) {
+    if (record.state != PAL_STATE_ENABLED) return std::nullopt;
     const Eigen::Vector3d tool_m =
         world_->on_object(Eigen::Map<const Eigen::Vector3f>(record.position_m).cast<double>());
     if (engaged_) contact_ = proxy_.follow(tool_m);
     const cloud::Index seed = contact_ ? contact_->nearest : world_->tree->nearest(tool_m);
     const auto foot = world_->surface->foot(tool_m, seed);
     engaged_ = engaged_ || (foot && foot->distance_m > options_.tool_radius_m);
-    if (!engaged_) return nullptr;
-    if (foot && moved_on(tool_m, *foot)) {
-        auto table = build(*world_->surface, *field_, options_, tool_m, *foot, record.tick);
-        if (table) {
-            ++n_built_;
-            given_ = true;
-            last_tool_m_ = tool_m;
-            const double valid_m = options_.position_scale * static_cast<double>(table->valid_radius_m);
-            last_serves_m_ = std::min(MOVED * world_->spacing_m, MOVED_IN_TABLE * valid_m);
-            last_depth_m_ = options_.tool_radius_m - foot->distance_m;
-            return table;
-        }
+    if (!engaged_ || !foot) return std::nullopt;
+    return Place{tool_m, *foot};
+}
+
+std::unique_ptr<pal_table> Server::update(const pal_tick& record) {
+    const auto place = track(record);
+    if (!place || !moved_on(place->tool_m, place->foot)) return nullptr;
+    auto table = build(*world_->surface, *field_, options_, place->tool_m, place->foot, record.tick);
+    if (!table) {
         ++n_refused_;
+        return nullptr;
     }
-    return nullptr;
+    ++n_built_;
+    given_ = true;
+    last_tool_m_ = place->tool_m;
+    const double valid_m = options_.position_scale * static_cast<double>(table->valid_radius_m);
+    last_serves_m_ = std::min(MOVED * world_->spacing_m, MOVED_IN_TABLE * valid_m);
+    last_depth_m_ = options_.tool_radius_m - place->foot.distance_m;
+    return table;
 }
 
 }  // namespace palpate::table

@@ -28,6 +28,9 @@ public:
     /// start ramp is over and the tool has been clear of the object once: homing may leave it inside or
     /// behind, and a skin that appears around a tool would throw it.
     [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
+    /// The tracking of update() alone: for records of before this server, so that it goes on in the contact
+    /// that an earlier one was following.
+    void follow(const pal_tick& record) { (void)track(record); }
     /// Where the tool touches, as last seen.
     [[nodiscard]] const std::optional<contact::Contact>& contact() const { return contact_; }
     [[nodiscard]] std::size_t n_built() const { return n_built_; }
@@ -36,6 +39,12 @@ public:
     }  ///< places where no table could be built
 
 private:
+    /// A place of the tool and the surface under it, once the tool is engaged.
+    struct Place {
+        Eigen::Vector3d tool_m;  ///< object frame
+        contact::Foot foot;
+    };
+    [[nodiscard]] std::optional<Place> track(const pal_tick& record);
     [[nodiscard]] bool moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) const;
 
     const scene::World* world_;

@@ -1,13 +1,19 @@
-// One of the three processes of a run in real time is killed, stopped or interrupted: the others end by
-// themselves, say why, and the simulated Falcon's motors are off, read from its own process.
+// One of the processes of a run in real time is killed, stopped or interrupted: the others end by themselves
+// or go on without it, say why, and the simulated Falcon's motors are off at the end, read from its own
+// process.
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <csignal>
 
+#include "host/record/record.hpp"
 #include "tests/host/app/processes.hpp"
 #include "tests/host/app/sheet.hpp"
 
 using namespace palpate::test;
 using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
 
 namespace {
 
@@ -29,7 +35,9 @@ struct Pressing {
         } while (status.is_null() || status["path_tick"] < 700 || motors_at_rest(status));
         loop = child_of(palpate.pid(), "palpate-loop");
         device = child_of(palpate.pid(), "palpate-falcon");
+        builder = child_of(palpate.pid(), "palpate-tables");
         REQUIRE(loop > 0);
+        REQUIRE(builder > 0);
         REQUIRE(device > 0);
     }
     [[nodiscard]] std::string log() const { return text_of(folder / "result" / "log.txt"); }
@@ -43,7 +51,7 @@ struct Pressing {
 
     Folder folder;
     Program palpate;
-    pid_t loop = 0, device = 0;
+    pid_t loop = 0, device = 0, builder = 0;
 };
 
 }  // namespace
@@ -54,6 +62,7 @@ TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both 
     run.palpate.send(SIGKILL);
     CHECK(run.palpate.wait() == -SIGKILL);
     CHECK(wait_for_orphan(run.loop) == 3);
+    CHECK(wait_for_orphan(run.builder) == -SIGKILL);
     nlohmann::json status;
     do {
         look_again();
@@ -80,22 +89,72 @@ TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both 
                               run.folder);
     INFO(next.err);
     CHECK(next.code == 0);
+    const std::string orphan =
+        "orphan-palpate-" + std::to_string(getuid()) + "-" + std::to_string(run.palpate.pid()) + ".palrec";
+    CHECK_THAT(next.err, Contains("a run that was killed left its last "));
+    const palpate::record::Record left = palpate::record::read(run.folder / "result" / orphan);
+    CHECK(left.ticks.size() > 700);
+    CHECK(left.ticks.back().stop == PAL_FAULT_HOST_LOST);
     run.check_nothing_is_left();
 }
 
-TEST_CASE("the loop is killed: palpate says so, and waits until the device's watchdog has the motors off",
-          "[ends]") {
+TEST_CASE("the loop is killed or stands still: palpate sends zero force in its place and says so", "[ends]") {
+    const int signal = GENERATE(as<int>{}, SIGKILL, SIGSTOP);
     Pressing run;
-    kill(run.loop, SIGKILL);
+    kill(run.loop, signal);
     CHECK(run.palpate.wait() == 3);
     const nlohmann::json summary = run.summary();
     CHECK(summary["verdict"] == "fail");
-    CHECK(summary["failure"] == "palpate-loop ended in mid-run (signal 9); see log.txt");
-    CHECK_THAT(run.palpate.err(), Contains("palpate-loop ended in mid-run (signal 9)"));
-    INFO(summary["device"]);
+    const std::string failure = summary["failure"];
+    if (signal == SIGKILL) {
+        CHECK(failure == "palpate-loop ended in mid-run (signal 9); see log.txt");
+    } else {
+        CHECK_THAT(failure, StartsWith("palpate-loop stood still at tick ") && EndsWith(" and was killed"));
+    }
+    CHECK_THAT(run.palpate.err(), Contains(failure));
+    INFO(summary["device"] << summary["supervision"]);
+    CHECK(summary["supervision"]["take_over"]["done"] == true);
+    CHECK(summary["supervision"]["take_over"]["words"] == "palpate sent zero force in its place");
     CHECK(motors_at_rest(summary["device"]));
-    CHECK(summary["device"]["watchdog"] == true);
     CHECK(summary["n_contact_ticks"] > 0);
+    REQUIRE(summary["supervision"]["flight_records"] == nlohmann::json{"flight-1.palrec"});
+    const palpate::record::Record flight = palpate::record::read(run.folder / "result" / "flight-1.palrec");
+    CHECK(flight.header["flight"]["reason"] == failure);
+    CHECK(flight.ticks.size() == std::min<std::size_t>(2000, summary["n_ticks"]));
+    run.check_nothing_is_left();
+}
+
+TEST_CASE("the table builder is killed: another goes on in the same contact, and the loop goes on meanwhile",
+          "[ends]") {
+    Pressing run;
+    kill(run.builder, SIGKILL);
+    pid_t next = 0;
+    do {
+        look_again();
+        REQUIRE(run.palpate.running());
+        next = child_of(run.palpate.pid(), "palpate-tables");
+    } while (next == 0 || next == run.builder);
+    const std::uint64_t first_id = std::uint64_t{1} << 32;  // of the second builder
+    const auto uses_it = [&] {
+        const nlohmann::json status = device_status(run.folder);
+        return !status.is_null() && status["path_tick"] > 2500;
+    };
+    while (!uses_it()) {
+        look_again();
+        REQUIRE(run.palpate.running());
+    }
+    run.palpate.send(SIGINT);
+    CHECK(run.palpate.wait() == 130);
+    const nlohmann::json summary = run.summary();
+    INFO(summary["supervision"]);
+    REQUIRE(summary["supervision"]["table_builder_restarts"].size() == 1);
+    CHECK(summary["supervision"]["table_builder_restarts"][0]["why"] == "signal 9");
+    CHECK(summary["supervision"]["table_builder_restarts"][0]["table_after_s"].is_number());
+    CHECK(summary["stop"] == "none");
+    const palpate::record::Record record = palpate::record::read(run.folder / "result" / "run.palrec");
+    CHECK(record.ticks.back().table_id > first_id);
+    CHECK(record.tables.contains(record.ticks.back().table_id));
+    CHECK(record.ticks.back().depth_m > 0.0F);
     run.check_nothing_is_left();
 }
 

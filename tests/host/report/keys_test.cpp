@@ -310,11 +310,12 @@ const std::vector<Row>& rows() {
 
 /// Keys with one value so far, or that change words only.
 const std::set<std::string> ELSEWHERE{
-    "title",           // view, record: tests/host/app
-    "object.columns",  // PLY and OBJ refuse it: tests/host/scene/bad_input_test.cpp
-    "object.package",  // in the words of an error: likewise
-    "skin.depth_law", "patch.edges", "device.backend",  // one value each
-    "run.clock",                                        // tests/host/app: ends_test, rig_test
+    "title",                          // view, record: tests/host/app
+    "object.columns",                 // PLY and OBJ refuse it: tests/host/scene/bad_input_test.cpp
+    "object.package",                 // in the words of an error: likewise
+    "skin.depth_law", "patch.edges",  // one value each
+    "device.backend", "device.model", "device.serial", "device.firmware",  // tests/host/app/usb_run_test.cpp
+    "run.clock",  // tests/host/app: ends_test, rig_test
 };
 
 }  // namespace

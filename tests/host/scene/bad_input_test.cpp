@@ -195,8 +195,6 @@ TEST_CASE("what is not built yet is refused by name") {
           "9: touch.law = \"paper\" is not built yet: use potential or normal");
     CHECK(said(GOOD + "[patch]\nedges = \"free\"\n") ==
           "9: patch.edges = \"free\" is not built yet: use clamped");
-    CHECK(said(GOOD + "[device]\nbackend = \"usb\"\n") ==
-          "9: device.backend = \"usb\" is not built yet: use sim");
     CHECK(said(GOOD + "[[change]]\nshape = \"hyperbola\"\n") ==
           "9: change[0].shape = \"hyperbola\" is not built yet: use nodule or gradient");
     CHECK(said(GOOD + "[touch]\nlaw = \"friendly\"\n") ==
@@ -274,4 +272,14 @@ TEST_CASE("a file that cannot be read is named with the reason") {
             ": cannot be read (No such file or directory); a scene file is expected, such as bunny.toml");
     CHECK_THROWS_WITH(scene::load(folder),
                       folder.string() + ": is a directory; a scene file is expected, such as bunny.toml");
+}
+
+TEST_CASE("a device on the USB wants the real clock, and what belongs to it wants the device") {
+    CHECK(said(GOOD + "[device]\nbackend = \"usb\"\n") ==
+          "9: device.backend is usb and run.clock is virtual; run.clock = \"real\" is expected: no person "
+          "moves in lockstep");
+    CHECK(said(GOOD + "[device]\nserial = \"A1\"\n") ==
+          "9: device.serial is given; device.backend = \"usb\" is expected with it");
+    CHECK(said(GOOD + "[device]\nmodel = \"my.toml\"\n") ==
+          "9: device.model is given; device.backend = \"usb\" is expected with it");
 }
