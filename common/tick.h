@@ -64,7 +64,8 @@ typedef struct pal_tick {
     float truth_force_n[3];     ///< simulated device: what the motor words of this tick do at that point
     float hand_target_m[3];     ///< simulated hand: where it wants to be
     uint32_t path_tick;         ///< ticks since the hand's path began, 0 before; simulated hand only
-    uint32_t reserved[4];
+    uint32_t wake_late_ns;      ///< t_ns minus the programmed start; saturates; 0 in virtual time
+    uint32_t reserved[3];
 } pal_tick;
 
 static_assert(offsetof(pal_tick, t_ns) == 0, "PROTOCOL.md 3");
@@ -99,7 +100,8 @@ static_assert(offsetof(pal_tick, truth_position_m) == 200, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, truth_force_n) == 212, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, hand_target_m) == 224, "PROTOCOL.md 3");
 static_assert(offsetof(pal_tick, path_tick) == 236, "PROTOCOL.md 3");
-static_assert(offsetof(pal_tick, reserved) == 240, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, wake_late_ns) == 240, "PROTOCOL.md 3");
+static_assert(offsetof(pal_tick, reserved) == 244, "PROTOCOL.md 3");
 static_assert(sizeof(pal_tick) == 256, "PROTOCOL.md 3");
 
 #ifdef __cplusplus

@@ -11,7 +11,10 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen);
 void add_bench(CLI::App& palpate, std::function<int()>& chosen);
 void add_solve(CLI::App& palpate, std::function<int()>& chosen);
 void add_device(CLI::App& palpate, std::function<int()>& chosen);
+/// `palpate device latency`: of `device`, what else it has is palpate-falcon's.
+void add_latency(CLI::App& device, std::function<int()>& chosen);
 void add_doctor(CLI::App& palpate, std::function<int()>& chosen);
+void add_trace(CLI::App& palpate, std::function<int()>& chosen);
 #ifdef PALPATE_HAS_VIEW
 void add_view(CLI::App& palpate, std::function<int()>& chosen);
 #endif

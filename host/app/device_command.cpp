@@ -26,11 +26,15 @@ int become_falcon(const std::vector<std::string>& arguments) {
 }  // namespace
 
 void add_device(CLI::App& palpate, std::function<int()>& chosen) {
-    CLI::App* command = palpate.add_subcommand(
-        "device", "a Falcon on the USB: list, boot, home, monitor, rate, force-check; palpate device --help");
+    CLI::App* command = palpate.add_subcommand("device",
+                                               "a Falcon on the USB: list, firmware, boot, home, monitor, "
+                                               "rate, zero, force-check, latency; palpate device --help");
+    add_latency(*command, chosen);  // before what follows, which it would take over
     command->set_help_flag();
     command->prefix_command();
+    command->require_subcommand(0, 1);
     command->callback([command, &chosen] {
+        if (command->got_subcommand("latency")) return;
         const std::vector<std::string> arguments = command->remaining();
         chosen = [arguments] { return become_falcon(arguments); };
     });

@@ -64,21 +64,25 @@ void look_at_device(const Json& device, std::vector<Finding>& findings) {
                       words = device.value("words", ""), user = device.value("user", "");
     const std::string node = device.value("node", "");
     findings.push_back({"device " + serial, Health::OK, device.value("product", "") + " at " + node, ""});
-    const bool denied = access == "denied", busy = access == "busy";
-    findings.push_back({"permission", denied ? Health::FAIL : Health::OK,
-                        denied ? "this user may not open " + node : "this user may open " + node,
-                        denied ? words : ""});
-    findings.push_back(
-        {"not in use", busy ? Health::FAIL : Health::OK,
-         busy ? "in use by " + (user.empty() ? "another program" : user) : "no other program has it",
-         busy ? words : ""});
-    if (access != "ok" && !denied && !busy) {
+    const bool denied = access == "denied", busy = access == "busy", free = access == "ok";
+    if (free || busy || denied) {  // else it is not known
+        findings.push_back({"permission", denied ? Health::FAIL : Health::OK,
+                            denied ? "this user may not open " + node : "this user may open " + node,
+                            denied ? words : ""});
+    }
+    if (free || busy) {
+        findings.push_back(
+            {"not in use", busy ? Health::FAIL : Health::OK,
+             busy ? "in use by " + (user.empty() ? "another program" : user) : "no other program has it",
+             busy ? words : ""});
+    }
+    if (!free && !denied && !busy) {
         findings.push_back({"opening", Health::FAIL, "it cannot be opened (" + access + ")", words});
     }
     const unsigned speed = device.value("speed_mbit_per_s", 0U);
+    if (speed == 0) return;  // the system does not say
     const bool full = speed == FULL_SPEED_MBIT_PER_S;
-    findings.push_back({"USB speed", full ? Health::OK : Health::NOTE,
-                        speed == 0 ? "not known" : std::to_string(speed) + " Mbit/s",
+    findings.push_back({"USB speed", full ? Health::OK : Health::NOTE, std::to_string(speed) + " Mbit/s",
                         full ? "" : "a Falcon runs at 12 Mbit/s; look at what else has its product number"});
 }
 
@@ -87,6 +91,12 @@ void look_at_devices(const Machine& machine, std::vector<Finding>& findings) {
     if (!list.is_object() || !list.contains("devices")) {
         findings.push_back({"device", Health::FAIL, "palpate-falcon list gives no answer",
                             "palpate-falcon must lie beside palpate; run palpate-falcon list"});
+        return;
+    }
+    const std::string none = list.value("words", "");
+    if (!none.empty()) {
+        findings.push_back({"device", Health::FAIL, none,
+                            "give this machine, or this container, /dev/bus/usb; then palpate-falcon list"});
         return;
     }
     for (const Json& device : list["devices"]) look_at_device(device, findings);
@@ -106,7 +116,7 @@ Finding latency(const Machine& machine) {
         return {"latency timer", Health::NOTE,
                 port.filename().string() + " of a kernel serial driver holds it, at " +
                     text_of(port / "latency_timer") + " ms",
-                "nothing: palpate takes the device over and sets 1 ms; other programs on " +
+                "nothing: palpate takes the device over and sets its own; other programs on " +
                     port.filename().string() + " will not"};
     }
     return {"latency timer", Health::OK,

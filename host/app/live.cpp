@@ -55,6 +55,12 @@ std::vector<std::string> loop_arguments(const LiveOptions& options, const std::s
 
 }  // namespace
 
+std::string refusal_of_device(const std::string& device) {
+    const bool known =
+        device == "sim" || device == "usb" || (device.starts_with("usb:") && device.size() > 4);
+    return known ? "" : "sim, usb or usb:SERIAL is expected, not " + device;
+}
+
 Live::Live(LiveOptions options, const Scratch& scratch, std::filesystem::path log,
            const link::Salvage& salvage)
     : options_(std::move(options)), scratch_(&scratch), log_(std::move(log)), segment_(salvage) {

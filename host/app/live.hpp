@@ -12,6 +12,9 @@
 
 namespace palpate::app {
 
+/// Of --device: empty for sim, usb and usb:SERIAL, else what would be right.
+[[nodiscard]] std::string refusal_of_device(const std::string& device);
+
 struct LiveOptions {
     std::string device = "sim";              ///< sim, usb or usb:SERIAL
     std::string firmware, delta;             ///< files for palpate-loop; empty: its own defaults

@@ -38,6 +38,7 @@ int run(int argc, char** argv) {
     palpate::app::add_solve(palpate, chosen);
     palpate::app::add_device(palpate, chosen);
     palpate::app::add_doctor(palpate, chosen);
+    palpate::app::add_trace(palpate, chosen);
 #ifdef PALPATE_HAS_VIEW
     palpate::app::add_view(palpate, chosen);
 #endif

@@ -207,6 +207,7 @@ private:
         result_.device_status = live_.device_at_rest();
         const TableProcess::Report& report = tables_.report();
         result_.tables = report.tables;
+        result_.published_ns = report.published_ns;
         result_.n_tables_built = report.n_built;
         result_.n_tables_refused = report.n_refused_places;
         result_.refused_by_check = report.refused;

@@ -39,6 +39,7 @@ struct Prepared {
 struct RunResult {
     std::vector<pal_tick> ticks;
     std::map<std::uint64_t, record::TableBytes> tables;
+    std::map<std::uint64_t, std::uint64_t> published_ns;  ///< by table, CLOCK_MONOTONIC; real time only
     std::string digest_io, digest_state;  ///< empty in real time
     std::size_t n_tables_built = 0, n_tables_refused = 0;
     std::vector<link::Refused> refused_by_check;  ///< built, but not published: the loop would refuse them

@@ -6,6 +6,7 @@
 #include "host/app/build_info.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
+#include "host/app/live.hpp"
 #include "host/app/run.hpp"
 #include "host/app/scratch.hpp"
 #include "host/app/touch_picture.hpp"
@@ -183,6 +184,10 @@ void add_times(nlohmann::json& header, const RunResult& result) {
     header["start_unix_ns"] = result.start_unix_ns;
     header["start_monotonic_ns"] = result.start_monotonic_ns;
     header["end_monotonic_ns"] = result.end_monotonic_ns;
+    if (!result.published_ns.empty()) {
+        nlohmann::json& published = header["published_ns"] = nlohmann::json::array();
+        for (const auto& [id, at_ns] : result.published_ns) published.push_back({id, at_ns});
+    }
 }
 
 std::filesystem::path output_directory(const RunOptions& options) {
@@ -298,10 +303,7 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
         ->add_option(
             "--device", options->device,
             "sim, or usb[:SERIAL]: a real Falcon in a person's hand, clock real, until Ctrl-C or --duration")
-        ->check([](const std::string& device) {
-            const bool known = device == "sim" || device == "usb" || device.rfind("usb:", 0) == 0;
-            return std::string(known ? "" : "sim, usb or usb:SERIAL is expected, not " + device);
-        });
+        ->check([](const std::string& name) { return refusal_of_device(name); });
     command->add_option("--firmware", options->firmware,
                         "with usb: the boot image (palpate device firmware)");
     command->add_option("--delta", options->delta, "with usb: another delta's geometry and gains, TOML");

@@ -58,6 +58,8 @@ std::span<const Column> columns() {
         {"target_z_m", "m", "likewise, towards the user", PAL_VALUE(hand_target_m[2])},
         {"path_ticks", "ticks", "since the hand's path began; 0 before", PAL_VALUE(path_tick)},
         {"missed_ticks", "ticks", "periods missed since the start", PAL_VALUE(n_missed)},
+        {"wake_late_ns", "ns", "t_ns minus the programmed start of the tick; 0 in virtual time",
+         PAL_VALUE(wake_late_ns)},
         {"t_ns", "ns", "start of the tick: CLOCK_MONOTONIC, or virtual time", PAL_VALUE(t_ns)},
     };
     return table;

@@ -47,6 +47,7 @@ void Digest::tick(const pal_tick& tick) {
     impl_->io.add(&tick.homed, 1);
     pal_tick timeless = tick;
     timeless.t_ns = 0;
+    timeless.wake_late_ns = 0;
     std::fill(std::begin(timeless.stamp_ns), std::end(timeless.stamp_ns), 0);
     impl_->state.add(&timeless, sizeof timeless);
 }

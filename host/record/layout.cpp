@@ -45,7 +45,8 @@ std::span<const Field> fields() {
         PAL_SOME("<f4", truth_force_n, 3),
         PAL_SOME("<f4", hand_target_m, 3),
         PAL_ONE("<u4", path_tick),
-        PAL_SOME("<u4", reserved, 4),
+        PAL_ONE("<u4", wake_late_ns),
+        PAL_SOME("<u4", reserved, 3),
     };
     return table;
 }

@@ -2,21 +2,13 @@
 
 #include <sys/utsname.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <string>
-#include <thread>
+#include "host/latency/machine.hpp"
 
 namespace palpate::study {
 namespace {
 
-Json cpu() {
-    std::ifstream in("/proc/cpuinfo");
-    for (std::string line; std::getline(in, line);) {
-        const std::size_t colon = line.find(": ");
-        if (line.rfind("model name", 0) == 0 && colon != std::string::npos) return line.substr(colon + 2);
-    }
-    return nullptr;
+Json or_null(std::optional<double> value) {
+    return value ? Json(*value) : Json(nullptr);
 }
 
 Json kernel() {
@@ -28,13 +20,12 @@ Json kernel() {
 }  // namespace
 
 Json machine_json() {
-    double loads[2] = {0.0, 0.0};
-    const int known = getloadavg(loads, 2);
-    return {{"cpu", cpu()},
-            {"cores", std::thread::hardware_concurrency()},
+    const latency::Machine machine = latency::machine_facts();
+    return {{"cpu", machine.cpu.empty() ? Json(nullptr) : Json(machine.cpu)},
+            {"cores", machine.n_cores},
             {"kernel", kernel()},
-            {"load_1_min", known > 0 ? Json(loads[0]) : Json(nullptr)},
-            {"load_5_min", known > 1 ? Json(loads[1]) : Json(nullptr)}};
+            {"load_1_min", or_null(machine.load_1_min)},
+            {"load_5_min", or_null(machine.load_5_min)}};
 }
 
 }  // namespace palpate::study

@@ -29,7 +29,8 @@ host/table       : common host/cloud host/contact host/chart host/plate host/sce
 host/record      : common
 # The force error must not share the road of what it judges: neither host/table nor host/link, nor what reaches them.
 host/report      : common host/cloud host/contact host/chart host/plate host/scene host/record
-host/study       : host/plate host/record host/report
+host/latency     : common host/record host/report
+host/study       : host/plate host/record host/report host/latency
 host/rig         : common
 host/view        : host/cloud
 host/app         : common sim/stand host
@@ -45,7 +46,7 @@ leaves='
 ^ceres/                       : host/plate/reference
 ^toml\+\+/                    : host/scene
 ^nanoflann                    : host/cloud
-^nlohmann/                    : host/record host/report host/study host/app host/plate/reference
+^nlohmann/                    : host/record host/report host/latency host/study host/app host/plate/reference
 ^Eigen/                       : host
 ^getopt\.h                    : firmware/app sim/app
 ^libusb                       : firmware/port

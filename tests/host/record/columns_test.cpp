@@ -59,7 +59,7 @@ TEST_CASE("every column of ticks.csv shows its own member") {
     t.tick = 12, t.path_tick = 5, t.faults = 8, t.state = 3, t.stop = 2048, t.table_id = 77, t.before_id = 76;
     t.table_age_ticks = 4, t.fade_weight = 0.25F, t.gain = 0.5F, t.n_missed = 2, t.buttons = 3, t.homed = 1;
     t.truth_valid = 1, t.t_ns = 12000000, t.depth_m = 0.0015F, t.k_n_per_m = 512.5F, t.potential_j = 1e-9F;
-    t.fade_work_j = -2e-5F, t.hand_work_j = 0.1F;
+    t.fade_work_j = -2e-5F, t.hand_work_j = 0.1F, t.wake_late_ns = 34567;
     for (int i = 0; i < 3; ++i) {
         const auto f = static_cast<float>(i);
         t.encoder_counts[i] = static_cast<std::int16_t>(-100 - i);
@@ -119,6 +119,7 @@ TEST_CASE("every column of ticks.csv shows its own member") {
                                                       {"target_z_m", "63.5"},
                                                       {"path_ticks", "5"},
                                                       {"missed_ticks", "2"},
+                                                      {"wake_late_ns", "34567"},
                                                       {"t_ns", "12000000"}};
     CHECK(cells_of(lines[0]).size() == truth.size());
     for (const auto& [name, value] : truth) {

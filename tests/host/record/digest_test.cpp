@@ -58,6 +58,7 @@ TEST_CASE("motor words, buttons and homed are io; the rest is state alone; clock
     CHECK(changed([](pal_tick& t) { t.path_tick += 1; }) == 2);
     CHECK(changed([](pal_tick& t) { t.t_ns += 1; }) == 0);
     CHECK(changed([](pal_tick& t) { t.stamp_ns[5] = 9; }) == 0);
+    CHECK(changed([](pal_tick& t) { t.wake_late_ns = 9; }) == 0);
 }
 
 TEST_CASE("any used byte of a table changes the state digest, bytes behind it do not") {
