@@ -6,14 +6,19 @@
 #include <string.h>
 
 enum { FAULTS_FILE_MAX = 65536 };
+// Height of a Falcon whose arms are at -15 degrees, the usual homing reference. Whatever the delta's size,
+// the hand pushes as far beyond it: as hard.
+static const double HOME_Z_M = 0.0774;
 
 bool pal_devices_hand(pal_options* o, pal_path_file* path, char* why, size_t n_why) {
-    static const pal_hand_point middle = {0.0, {0.0, 0.0, 0.12}};
     pal_falcon_sim_config* falcon = &o->serve.falcon;
     pal_hand_config* hand = &o->serve.hand;
     *path = (pal_path_file){NULL, 0};
     if (o->path_file && !pal_path_file_read(o->path_file, path, why, n_why)) return false;
-    hand->path = path->points ? path->points : &middle;
+    pal_falcon_sim_resize(falcon, o->scale);
+    memcpy(o->middle.at_m, falcon->start_m, sizeof o->middle.at_m);
+    hand->home_in_m[2] = PAL_HAND_HOME_IN_Z_M + (o->scale - 1.0) * HOME_Z_M;
+    hand->path = path->points ? path->points : &o->middle;
     hand->n_points = path->points ? path->n_points : 1;
     hand->wait_ticks = (uint32_t)o->ramp_ticks;
     falcon->watchdog_ticks = (uint32_t)o->watchdog_ms;
@@ -38,7 +43,12 @@ static bool read_faults(const char* file, pal_devices* out, char* why, size_t n_
     }
     const size_t n = fread(text, 1, sizeof text, in);
     const bool whole = feof(in) != 0;
+    const int reason = ferror(in) ? errno : 0;
     (void)fclose(in);
+    if (reason != 0) {
+        (void)snprintf(why, n_why, "%s: %s; name a readable file of faults", file, strerror(reason));
+        return false;
+    }
     if (!whole) {
         (void)snprintf(why, n_why, "%s: too long; at most %d faults", file, PAL_USB_FAULTS_MAX);
         return false;
@@ -54,16 +64,19 @@ static bool read_faults(const char* file, pal_devices* out, char* why, size_t n_
     return true;
 }
 
-/// Device `index` has a serial of its own: the first one's, its last digits counted up.
-static void count_up(char serial[PAL_USB_TEXT_BYTES], uint32_t index) {
+/// Device `index` has a serial of its own: the first one's, its last digits counted up. False: too few
+/// digits.
+static bool count_up(char serial[PAL_USB_TEXT_BYTES], uint32_t index) {
     size_t at = strlen(serial);
-    for (uint32_t carry = index; carry > 0 && at > 0; --at) {
+    uint32_t carry = index;
+    for (; carry > 0 && at > 0; --at) {
         char* c = &serial[at - 1];
-        if (*c < '0' || *c > '9') return;
+        if (*c < '0' || *c > '9') return false;
         const uint32_t sum = (uint32_t)(*c - '0') + carry;
         *c = (char)('0' + sum % 10);
         carry = sum / 10;
     }
+    return carry == 0;
 }
 
 bool pal_devices_make(pal_options* o, pal_devices* out, char* why, size_t n_why) {
@@ -84,7 +97,12 @@ bool pal_devices_make(pal_options* o, pal_devices* out, char* why, size_t n_why)
     for (uint32_t i = 0; i < out->n; ++i) {
         pal_usb_device_config* config = &out->configs[i];
         *config = *first;
-        count_up(config->serial, i);
+        if (!count_up(config->serial, i)) {
+            (void)snprintf(why, n_why,
+                           "--serial %s: must end in digits that can be counted up for %u devices",
+                           first->serial, (unsigned)out->n);
+            return false;
+        }
         config->seed = o->seed + i;
         config->falcon = o->serve.falcon;
         pal_falcon_sim_vary(&config->falcon, config->seed, DEVICE_SPREAD);

@@ -1,6 +1,7 @@
 #include "sim/app/help.h"
 
-const char PAL_HELP[] =
+// In parts: no C compiler need take a longer string than 4095 bytes.
+static const char USES[] =
     "palpate-falcon-sim: a simulated Novint Falcon in real time, held by a simulated hand.\n"
     "\n"
     "For any program that uses libusb-1.0 (no hardware, no root, no USB in the kernel):\n"
@@ -14,6 +15,8 @@ const char PAL_HELP[] =
     "  palpate-falcon-sim fault \"unplug at_s=0 for_s=0.5\"        a fault now, or at_s seconds from now\n"
     "  palpate-falcon-sim press 4                                hold grip buttons: 1 right, 2 front, 4 "
     "middle, 8 left\n"
+    "  all but run and serve ask the one of --bus FOLDER, else of $PALPATE_FALCON_BUS, else of "
+    "/tmp/palpate-falcon-UID\n"
     "\n"
     "For a machine with USB in its kernel, over TCP:\n"
     "  palpate-falcon-sim usbip [options]                        then there: usbip attach -r HOST -b 1-1\n"
@@ -22,7 +25,9 @@ const char PAL_HELP[] =
     "  palpate-falcon-sim serve --socket PATH [options]   be the device until quit or SIGTERM\n"
     "  palpate-falcon-sim status --socket PATH            print one line of JSON: motors, position, state\n"
     "  palpate-falcon-sim quit --socket PATH              end the one that serves PATH\n"
-    "\n"
+    "\n";
+
+static const char MECHANICS[] =
     "The hand and the mechanics (run, serve, usbip):\n"
     "  --path FILE         where the hand goes: \"palpate-path 1\", then lines \"t_us x_um y_um z_um\" "
     "(device frame);\n"
@@ -34,7 +39,12 @@ const char PAL_HELP[] =
     "                      give palpate-loop the same; 1000\n"
     "  --seed N            of all that is random; what the counters read before homing; 1\n"
     "  --watchdog-ms N     motors off after so long without a packet; 100\n"
-    "\n"
+    "  --scale X           another delta: all lengths X times a Falcon's, 0.25..4; a driver needs the same "
+    "geometry,\n"
+    "                      palpate-falcon and palpate-loop by --delta FILE; a path is not scaled; 1\n"
+    "\n";
+
+static const char DEVICE[] =
     "The device on USB (run, serve --usb, usbip):\n"
     "  --timing NAME       frames: 1 ms USB frames and true times, as a real one; immediate: answers at "
     "once; frames\n"
@@ -56,16 +66,19 @@ const char PAL_HELP[] =
     "  --unplug-keeps-firmware  the DSP lives on its own supply\n"
     "  --modem-lines HEX      status lines: 10 CTS, 20 DSR, 40 RI, 80 DCD\n"
     "  --home-deg ANGLE       arm angle of the homing reference; -15\n"
-    "\n"
+    "\n";
+
+static const char REST[] =
     "Of serve --socket:\n"
     "  --socket PATH       Unix SOCK_SEQPACKET socket: 16 bytes in, 16 bytes out, as a Falcon's "
     "(docs/PROTOCOL.md)\n"
     "                      questions go to PATH.control: \"status\" and \"quit\"\n"
-    "  --die-with-parent   end when the process that started this one has ended ...\n"
-    "  --linger-s N        ... and N more seconds, in which it can still be asked for its status; 5\n"
+    "  --linger-s N        with --die-with-parent: so many seconds more, in which it can still be asked; 5\n"
     "Of usbip:\n"
     "  --listen ADDRESS    IPv4; 127.0.0.1\n"
     "  --port N            TCP; 0: a free one; 3240\n"
+    "Of serve and usbip:\n"
+    "  --die-with-parent   end when the process that started this one has ended\n"
     "\n"
     "Exit codes: 0 done, 2 bad input, 3 the simulator cannot serve or is not there; of run: the program's.\n"
     "\n"
@@ -73,3 +86,11 @@ const char PAL_HELP[] =
     "  palpate-falcon-sim run --grip firm -- lsusb -d 0403:cb48\n"
     "  palpate-falcon-sim serve --socket /tmp/falcon --grip firm &\n"
     "  palpate-falcon-sim status --socket /tmp/falcon\n";
+
+int pal_help(FILE* out) {
+    const char* const parts[] = {USES, MECHANICS, DEVICE, REST};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
+        if (fputs(parts[i], out) < 0) return 1;
+    }
+    return 0;
+}

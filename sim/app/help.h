@@ -1,4 +1,6 @@
 /// What palpate-falcon-sim --help says.
 #pragma once
+#include <stdio.h>
 
-extern const char PAL_HELP[];
+/// 0; 1 when it could not be written.
+int pal_help(FILE* out);

@@ -6,10 +6,11 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-enum { BACKLOG = 4 };
+enum { BACKLOG = 4, OWNER_ONLY = 0600, PATIENCE_S = 1 };
 
 static bool address_of(const char* path, struct sockaddr_un* address) {
     memset(address, 0, sizeof *address);
@@ -28,6 +29,9 @@ int pal_socket_connect(const char* path) {
     if (!address_of(path, &address)) return -1;
     const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
     if (fd < 0) return -1;
+    const struct timeval patience = {PATIENCE_S, 0};  // of a process that was stopped
+    (void)setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    (void)setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     if (connect(fd, (const struct sockaddr*)&address, sizeof address) == 0) return fd;
     const int reason = errno;
     (void)close(fd);
@@ -44,12 +48,15 @@ static bool clear(const char* path, char* why, size_t n_why) {
         return false;
     }
     const int fd = pal_socket_connect(path);
-    if (fd >= 0) {
-        (void)close(fd);
+    const bool dead = fd < 0 && errno == ECONNREFUSED;
+    if (fd >= 0) (void)close(fd);
+    if (!dead) {
         (void)snprintf(why, n_why, "%s: another process serves it; end that or name a new path", path);
         return false;
     }
-    return unlink(path) == 0;
+    if (unlink(path) == 0) return true;
+    (void)snprintf(why, n_why, "%s: %s; name a new path", path, strerror(errno));
+    return false;
 }
 
 int pal_socket_listen(const char* path, char* why, size_t n_why) {
@@ -61,8 +68,8 @@ int pal_socket_listen(const char* path, char* why, size_t n_why) {
         if (!clear(path, why, n_why)) return -1;
         fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     }
-    if (fd >= 0 && bind(fd, (const struct sockaddr*)&address, sizeof address) == 0 &&
-        listen(fd, BACKLOG) == 0) {
+    if (fd >= 0 && fchmod(fd, OWNER_ONLY) == 0 &&
+        bind(fd, (const struct sockaddr*)&address, sizeof address) == 0 && listen(fd, BACKLOG) == 0) {
         return fd;
     }
     (void)snprintf(why + used, n_why - used, "%s; name a short path in a folder that can be written",

@@ -1,5 +1,6 @@
 #include "sim/app/options.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
@@ -14,9 +15,7 @@ enum {
     LINGER_MAX_S = 3600,
     TCP_PORT_MAX = 65535,
     USBIP_PORT = 3240,
-    SOCKET_VERBS = PAL_VERB_SOCKET,
-    USB_VERBS = PAL_VERB_USB | PAL_VERB_RUN | PAL_VERB_USBIP,
-    ALL_VERBS = PAL_VERB_SOCKET | USB_VERBS | PAL_VERB_ASK
+    USB_VERBS = PAL_VERB_USB | PAL_VERB_RUN | PAL_VERB_USBIP
 };
 
 int pal_options_refuse(const char* option, const char* value, const char* right) {
@@ -71,6 +70,7 @@ typedef enum option_id {
     OPTION_RAMP,
     OPTION_SEED,
     OPTION_WATCHDOG,
+    OPTION_SCALE,
     OPTION_DIE,
     OPTION_LINGER,
     OPTION_BUS,
@@ -90,6 +90,7 @@ typedef enum option_id {
     OPTION_PORT,
     OPTION_DEVICE,
     OPTION_PCAP,
+    OPTION_HELP,
     N_OPTIONS
 } option_id;
 
@@ -101,6 +102,7 @@ static const struct option known[] = {
     {"ramp-ticks", required_argument, NULL, OPTION_RAMP},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"watchdog-ms", required_argument, NULL, OPTION_WATCHDOG},
+    {"scale", required_argument, NULL, OPTION_SCALE},
     {"die-with-parent", no_argument, NULL, OPTION_DIE},
     {"linger-s", required_argument, NULL, OPTION_LINGER},
     {"bus", required_argument, NULL, OPTION_BUS},
@@ -120,6 +122,7 @@ static const struct option known[] = {
     {"port", required_argument, NULL, OPTION_PORT},
     {"device", required_argument, NULL, OPTION_DEVICE},
     {"pcap", required_argument, NULL, OPTION_PCAP},
+    {"help", no_argument, NULL, OPTION_HELP},
     {NULL, 0, NULL, 0},
 };
 
@@ -135,7 +138,8 @@ static unsigned verbs_of(int id) {
         case OPTION_RAMP:
         case OPTION_SEED:
         case OPTION_WATCHDOG:
-            return SOCKET_VERBS | USB_VERBS;
+        case OPTION_SCALE:
+            return PAL_VERB_SOCKET | USB_VERBS;
         case OPTION_DIE:
             return PAL_VERB_SOCKET | PAL_VERB_USB | PAL_VERB_USBIP;
         case OPTION_LINGER:
@@ -167,10 +171,46 @@ static bool read_lines(const char* text, uint8_t* lines) {
     return true;
 }
 
+static bool is_address(const char* text) {
+    struct in_addr address;
+    return inet_pton(AF_INET, text, &address) == 1;
+}
+
+/// Options for what nobody knows of a real device. NULL, or what would be right.
+static const char* take_unknown(int id, const char* value, pal_options* o) {
+    pal_loader_config* loader = &o->device.loader;
+    double degrees;
+    switch (id) {
+        case OPTION_RUNNING:
+            o->device.running = true;
+            return NULL;
+        case OPTION_ZERO:
+            loader->zero_before_answer = true;
+            return NULL;
+        case OPTION_XOFF:
+            loader->xoff_before_echo = true;
+            return NULL;
+        case OPTION_KEEPS:
+            o->device.unplug_keeps_firmware = true;
+            return NULL;
+        case OPTION_AUTOBAUD:
+            return read_probability(value, &loader->autobaud_fail_per_million)
+                       ? NULL
+                       : "must be a probability, 0..1";
+        case OPTION_LINES:
+            return read_lines(value, &o->device.modem_lines) ? NULL
+                                                             : "must be the status lines in hex: 10 CTS, 20 "
+                                                               "DSR, 40 RI, 80 DCD, or a sum such as 30";
+        default:  // OPTION_HOME
+            if (!parse_number(value, -23.0, 89.0, &degrees))
+                return "must be an arm angle in degrees, -23..89: beyond are the stops";
+            o->serve.falcon.home_theta_rad = degrees * (3.14159265358979323846 / 180.0);
+            return NULL;
+    }
+}
+
 /// Options of the devices on USB. NULL, or what would be right.
 static const char* take_usb(int id, const char* value, pal_options* o) {
-    pal_usb_device_config* d = &o->device;
-    double degrees;
     switch (id) {
         case OPTION_BUS:
             o->bus = value;
@@ -186,19 +226,7 @@ static const char* take_usb(int id, const char* value, pal_options* o) {
             return NULL;
         case OPTION_LISTEN:
             o->listen = value;
-            return NULL;
-        case OPTION_RUNNING:
-            d->running = true;
-            return NULL;
-        case OPTION_ZERO:
-            d->loader.zero_before_answer = true;
-            return NULL;
-        case OPTION_XOFF:
-            d->loader.xoff_before_echo = true;
-            return NULL;
-        case OPTION_KEEPS:
-            d->unplug_keeps_firmware = true;
-            return NULL;
+            return is_address(value) ? NULL : "must be an IPv4 address, 127.0.0.1 or 0.0.0.0 for everybody";
         case OPTION_DEVICES:
             return parse_count(value, 1, PAL_BUS_DEVICES_MAX, &o->n_devices) ? NULL
                                                                              : "must be a whole number, 1..8";
@@ -211,27 +239,16 @@ static const char* take_usb(int id, const char* value, pal_options* o) {
             return strcmp(value, "frames") == 0 || strcmp(value, "immediate") == 0
                        ? NULL
                        : "must be frames (1 ms USB frames, as a real one) or immediate (answers at once)";
-        case OPTION_AUTOBAUD:
-            return read_probability(value, &d->loader.autobaud_fail_per_million)
-                       ? NULL
-                       : "must be a probability, 0..1";
-        case OPTION_LINES:
-            return read_lines(value, &d->modem_lines) ? NULL
-                                                      : "must be the status lines in hex: 10 CTS, 20 DSR, 40 "
-                                                        "RI, 80 DCD, or a sum such as 30";
-        case OPTION_HOME:
-            if (!parse_number(value, -25.0, 90.0, &degrees))
-                return "must be an arm angle in degrees, -25..90";
-            o->serve.falcon.home_theta_rad = degrees * (3.14159265358979323846 / 180.0);
-            return NULL;
         case OPTION_PORT:
             return parse_count(value, 0, TCP_PORT_MAX, &o->tcp_port)
                        ? NULL
                        : "must be a TCP port, 1..65535, or 0 for a free one";
-        default:
+        case OPTION_DEVICE:
             return parse_count(value, 1, PAL_BUS_DEVICES_MAX, &o->device_index)
                        ? NULL
                        : "must be a whole number, 1..8";
+        default:
+            return take_unknown(id, value, o);
     }
 }
 
@@ -263,6 +280,10 @@ static const char* take(int id, const char* value, pal_options* o) {
             return parse_count(value, 1, TICKS_MAX, &o->watchdog_ms)
                        ? NULL
                        : "must be a whole number of milliseconds, 1..10000000";
+        case OPTION_SCALE:
+            return parse_number(value, 0.25, 4.0, &o->scale)
+                       ? NULL
+                       : "must be how large the delta is, 0.25..4 times a Falcon, such as 1.5";
         case OPTION_LINGER:
             return parse_count(value, 0, LINGER_MAX_S, &o->linger_s)
                        ? NULL
@@ -275,6 +296,7 @@ static const char* take(int id, const char* value, pal_options* o) {
 static void set_defaults(pal_options* o) {
     memset(o, 0, sizeof *o);
     o->ramp_ticks = 1000;
+    o->scale = 1.0;
     o->seed = 1;
     o->watchdog_ms = 100;
     o->linger_s = 5;
@@ -285,7 +307,6 @@ static void set_defaults(pal_options* o) {
     o->tcp_port = USBIP_PORT;
     o->device = pal_usb_device_config_default();
     o->serve.falcon = pal_falcon_sim_config_default();
-    o->serve.hand.home_in_m[2] = PAL_HAND_HOME_IN_Z_M;
     (void)parse_grip("light", &o->serve.hand);
 }
 
@@ -324,10 +345,14 @@ int pal_options_read(int argc, char** argv, const char* verb, pal_options* o) {
     int id;
     optind = 1;
     // Only of run do the words belong to somebody else.
-    const char* order = o->verb == PAL_VERB_RUN ? "+" : "";
+    const char* order = o->verb == PAL_VERB_RUN ? "+h" : "h";
     while ((id = getopt_long(argc, argv, order, known, NULL)) != -1) {
+        if (id == 'h' || id == OPTION_HELP) {
+            o->help = true;
+            return 0;
+        }
         if (id <= 0 || id >= N_OPTIONS) return PAL_EXIT_BAD_INPUT;  // getopt_long has said which
-        const char* name = argv[optind - 1];
+        const char* name = "";
         for (size_t i = 0; known[i].name; ++i) {
             if (known[i].val == id) name = known[i].name;
         }

@@ -3,11 +3,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sim/app/exit_codes.h"
 #include "sim/app/serve.h"
 #include "sim/falcon/usb_device.h"
 #include "sim/usb/bus.h"
-
-enum { PAL_EXIT_BAD_INPUT = 2, PAL_EXIT_LINK = 3 };
 
 /// What each option belongs to; a verb is one of them.
 typedef enum pal_verb {
@@ -23,6 +22,8 @@ typedef struct pal_options {
     // The hand and the mechanics, as pal_serve has them too.
     const char* path_file;
     unsigned long long ramp_ticks, seed, watchdog_ms, linger_s;
+    double scale;           ///< of the delta's lengths
+    pal_hand_point middle;  ///< where the hand holds the device without a path
     pal_serve_options serve;
     // The devices on USB.
     const char* bus;  ///< folder; NULL: the usual one
@@ -38,6 +39,7 @@ typedef struct pal_options {
     // Questions.
     unsigned long long device_index;  ///< from 1; 0: all
     char** rest;                      ///< what follows the options; ends with NULL
+    bool help;                        ///< was asked for; the rest was not read
 } pal_options;
 
 /// Reads the options of `verb`, "serve", from argv[1] on. 0, or PAL_EXIT_BAD_INPUT and one line on stderr

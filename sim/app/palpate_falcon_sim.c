@@ -47,7 +47,8 @@ static int ask_bus(const pal_options* o, const char* verb) {
     } else {
         n = snprintf(question, sizeof question, "fault %s", words);
     }
-    if (n < 0 || (size_t)n >= sizeof question) return pal_options_refuse(verb, words, "is too long");
+    if (n < 0 || (size_t)n >= sizeof question)
+        return pal_options_refuse(verb, words, "is too long; write at most 240 bytes");
     return pal_ask(path, question, start);
 }
 
@@ -60,21 +61,15 @@ static bool is_verb(const char* verb) {
     return false;
 }
 
-/// Help is asked for before a program's own arguments begin.
-static bool wants_help(int argc, char** argv) {
-    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; ++i) {
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return true;
-        if (i > 1 && strcmp(argv[1], "run") == 0 && argv[i][0] != '-' && argv[i - 1][0] != '-') return false;
-    }
-    return false;
-}
-
 static int carry_out(const char* verb, pal_options* o) {
     const bool takes_words =
         strcmp(verb, "run") == 0 || strcmp(verb, "fault") == 0 || strcmp(verb, "press") == 0;
     const char* extra = o->rest[0] && (!takes_words || (o->verb == PAL_VERB_ASK && o->rest[1]))
                             ? o->rest[takes_words ? 1 : 0]
                             : NULL;
+    if (o->device_index > 0 && strcmp(verb, "fault") != 0) {
+        return pal_options_refuse("--device", "", "belongs to fault; leave it out");
+    }
     if (extra) return pal_options_refuse("argument", extra, "not known here; see --help");
     switch (o->verb) {
         case PAL_VERB_RUN:
@@ -92,12 +87,13 @@ static int carry_out(const char* verb, pal_options* o) {
 
 int main(int argc, char** argv) {
     static pal_options options;
-    if (wants_help(argc, argv)) return fputs(PAL_HELP, stdout) < 0;
     const char* verb = argc > 1 ? argv[1] : "";
+    if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) return pal_help(stdout);
     if (!is_verb(verb)) {
-        (void)fputs(PAL_HELP, stderr);
+        (void)pal_help(stderr);
         return PAL_EXIT_BAD_INPUT;
     }
     const int code = pal_options_read(argc - 1, argv + 1, verb, &options);
+    if (options.help) return pal_help(stdout);
     return code != 0 ? code : carry_out(verb, &options);
 }

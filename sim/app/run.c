@@ -33,12 +33,23 @@ static bool find_library(char out[PATH_MAX]) {
     static const char* const places[] = {"", "../lib/", "../lib/palpate/"};
     char self[PATH_MAX];
     const ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
-    if (n <= 0) return false;
-    self[n] = '\0';
+    self[n > 0 ? n : 0] = '\0';
+    if (n <= 0) {
+        (void)fprintf(stderr, "palpate-falcon-sim: /proc/self/exe: %s; /proc must be there\n",
+                      strerror(errno));
+        return false;
+    }
     *(strrchr(self, '/') + 1) = '\0';
     for (size_t i = 0; i < sizeof places / sizeof places[0]; ++i) {
         const int length = snprintf(out, PATH_MAX, "%s%s%s", self, places[i], LIBRARY);
-        if (length > 0 && length < PATH_MAX && access(out, R_OK) == 0) return true;
+        if (length <= 0 || length >= PATH_MAX || access(out, R_OK) != 0) continue;
+        if (!strpbrk(out, " :\t\n")) return true;
+        (void)fprintf(
+            stderr,
+            "palpate-falcon-sim: %s: LD_PRELOAD cannot name it; install it in a folder without spaces and "
+            "colons\n",
+            out);
+        return false;
     }
     (void)fprintf(
         stderr,
@@ -47,17 +58,39 @@ static bool find_library(char out[PATH_MAX]) {
     return false;
 }
 
-/// `variable` becomes "old<separator>value", or `value` when it was not set.
-static bool extend(const char* variable, const char* separator, const char* value) {
+/// `variable` becomes "old:value", or `value` when it was not set; where it has `value` already it stays.
+static bool extend(const char* variable, const char* value) {
     const char* old = getenv(variable);
     if (!old || old[0] == '\0') return setenv(variable, value, 1) == 0;
-    const size_t n = strlen(old) + strlen(separator) + strlen(value) + 1;
+    if (strstr(old, value)) return true;
+    const size_t n = strlen(old) + strlen(value) + 2;
     char* both = malloc(n);
     if (!both) return false;
-    (void)snprintf(both, n, "%s%s%s", old, separator, value);
+    (void)snprintf(both, n, "%s:%s", old, value);
     const bool good = setenv(variable, both, 1) == 0;
     free(both);
     return good;
+}
+
+/// Programs and shells may go to other folders: the bus by its whole path. False: words on stderr.
+static bool whole_path(const char* folder, char out[PATH_MAX]) {
+    const bool found = realpath(folder, out) != NULL;
+    if (found && strlen(out) <= PAL_TREE_FOLDER_MAX) return true;
+    (void)fprintf(stderr,
+                  "palpate-falcon-sim: %s: %s; name a bus folder whose whole path has at most %d bytes, e.g. "
+                  "/tmp/falcon\n",
+                  found ? out : folder, found ? "too long" : strerror(errno), PAL_TREE_FOLDER_MAX);
+    return false;
+}
+
+/// For a POSIX shell.
+static void print_export(const char* variable, const char* value) {
+    (void)printf("export %s='", variable);
+    for (; *value != '\0'; ++value) {
+        if (*value == '\'') (void)fputs("'\\'", stdout);
+        (void)putchar(*value);
+    }
+    (void)puts("'");
 }
 
 int pal_env(const char* folder) {
@@ -69,8 +102,11 @@ int pal_env(const char* folder) {
                       folder, folder);
         return PAL_EXIT_LINK;
     }
-    (void)printf("export " PAL_BUS_VARIABLE "='%s'\nexport LD_PRELOAD='%s'\n", folder, library);
-    return 0;
+    char whole[PATH_MAX];
+    if (!whole_path(folder, whole) || !extend("LD_PRELOAD", library)) return PAL_EXIT_LINK;
+    print_export(PAL_BUS_VARIABLE, whole);
+    print_export("LD_PRELOAD", getenv("LD_PRELOAD"));
+    return fflush(stdout) == 0 ? 0 : PAL_EXIT_LINK;
 }
 
 // The two children.
@@ -90,15 +126,18 @@ static pid_t start_simulator(pal_options* o, const char* folder, int ready[2]) {
 }
 
 static pid_t start_program(char** argv, const char* folder, const char* library) {
+    const pid_t parent = getpid();
     const pid_t child = fork();
     if (child != 0) return child;
+    (void)prctl(PR_SET_PDEATHSIG, SIGTERM);  // who kills this process wants its program to end
+    if (getppid() != parent) _exit(PAL_EXIT_LINK);
     sigset_t none;
     (void)sigemptyset(&none);
     (void)sigprocmask(SIG_SETMASK, &none, NULL);
     (void)prctl(PR_SET_TIMERSLACK, 1UL);  // a loop at 1 kHz wakes when it asked to
     // Programs under the address sanitizer must not insist on being the first library.
-    if (setenv(PAL_BUS_VARIABLE, folder, 1) == 0 && extend("LD_PRELOAD", ":", library) &&
-        extend("ASAN_OPTIONS", ":", "verify_asan_link_order=0")) {
+    if (setenv(PAL_BUS_VARIABLE, folder, 1) == 0 && extend("LD_PRELOAD", library) &&
+        extend("ASAN_OPTIONS", "verify_asan_link_order=0")) {
         (void)execvp(argv[0], argv);
     }
     const int reason = errno;
@@ -171,11 +210,13 @@ static bool make_folder(const pal_options* o, char out[PAL_TREE_PATH_BYTES]) {
 
 static int run_program(pal_options* o, pid_t simulator, const char* folder, const char* library,
                        const sigset_t* wanted) {
-    const pid_t program = start_program(o->rest, folder, library);
+    char whole[PATH_MAX];
     int code = PAL_EXIT_LINK;
+    const bool reachable = whole_path(folder, whole);
+    const pid_t program = reachable ? start_program(o->rest, whole, library) : -1;
     if (program > 0) {
         code = wait_program(program, &simulator, wanted);
-    } else {
+    } else if (reachable) {
         (void)fprintf(stderr, "palpate-falcon-sim: no process for the program: %s\n", strerror(errno));
     }
     if (simulator > 0) end_simulator(simulator);

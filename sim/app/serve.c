@@ -12,12 +12,11 @@
 #include <unistd.h>
 
 #include "sim/app/ask.h"
+#include "sim/app/exit_codes.h"
 #include "sim/app/local_socket.h"
 #include "sim/app/signals.h"
 
 enum {
-    EXIT_BAD_INPUT = 2,
-    EXIT_LINK = 3,
     TICK_NS = 1000000,
     CATCH_UP_TICKS_MAX = 50,
     MESSAGES_MAX = 64,  // taken from one client before the clock is looked at again
@@ -213,7 +212,7 @@ int pal_serve(const pal_serve_options* options) {
     s.parent = getppid();
     if (!pal_falcon_sim_init(&s.falcon, &options->falcon)) {
         (void)fprintf(stderr, "palpate-falcon-sim: a parameter of the device makes no sense\n");
-        return EXIT_BAD_INPUT;
+        return PAL_EXIT_BAD_INPUT;
     }
     pal_hand_init(&s.hand, &options->hand);
     char why[256] = "";
@@ -224,7 +223,7 @@ int pal_serve(const pal_serve_options* options) {
         (void)fprintf(stderr, "palpate-falcon-sim: %s\n", why);
     }
     close_all(&s);
-    return open ? 0 : EXIT_LINK;
+    return open ? 0 : PAL_EXIT_LINK;
 }
 
 int pal_serve_ask(const char* socket_path, const char* question) {

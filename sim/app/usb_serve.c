@@ -41,6 +41,8 @@ static struct {
 typedef struct service {
     const pal_options* options;
     bool usbip, stop;
+    bool opened;         // the front end is to be closed
+    const char* folder;  // of usbip, to be removed; NULL: none
     int signals, control;
     int asks[N_CONTROLS];  // connections of people who ask; -1: none
     char control_path[PAL_TREE_PATH_BYTES];
@@ -48,8 +50,16 @@ typedef struct service {
 } service;
 
 static bool open_front(service* s, const char* folder, char* why, size_t n_why) {
+    s->signals = pal_signals_open();
+    if (s->signals < 0) {
+        (void)snprintf(why, n_why, "no signals: %s", strerror(errno));
+        return false;
+    }
+    s->opened = true;
     if (!s->usbip) return pal_usbfs_open(&g.usbfs, &g.bus, folder, why, n_why);
+    g.usbip.listener = -1;
     if (!pal_tree_make(folder, why, n_why)) return false;
+    s->folder = folder;
     return pal_usbip_open(&g.usbip, &g.bus, s->options->listen, (uint16_t)s->options->tcp_port, why, n_why);
 }
 
@@ -107,13 +117,14 @@ static size_t gather(const service* s, struct pollfd fds[N_FDS]) {
            (s->usbip ? pal_usbip_fds(&g.usbip, fds + FD_FRONT) : pal_usbfs_fds(&g.usbfs, fds + FD_FRONT));
 }
 
-static void run(service* s) {
+/// False with errno when it cannot wait any longer.
+static bool run(service* s) {
     while (!s->stop) {
         struct pollfd fds[N_FDS];
         const size_t n = gather(s, fds);
         const uint64_t wait_us = pal_bus_wait_us(&g.bus, IDLE_US);
         const struct timespec wait = {0, (long)wait_us * 1000};
-        if (ppoll(fds, (nfds_t)n, &wait, NULL) < 0 && errno != EINTR) return;
+        if (ppoll(fds, (nfds_t)n, &wait, NULL) < 0 && errno != EINTR) return false;
         if (s->usbip) {
             pal_usbip_serve(&g.usbip);
         } else {
@@ -126,15 +137,13 @@ static void run(service* s) {
         if (fds[FD_CONTROL_LISTEN].revents) welcome(s);
         if (s->options->serve.die_with_parent && getppid() != s->parent) s->stop = true;
     }
+    return true;
 }
 
-static void close_all(service* s, const char* folder, bool made) {
-    if (s->usbip) {
-        pal_usbip_close(&g.usbip);
-        if (made) pal_tree_clear(folder);
-    } else {
-        pal_usbfs_close(&g.usbfs);
-    }
+static void close_all(service* s) {
+    if (s->opened && s->usbip) pal_usbip_close(&g.usbip);
+    if (s->opened && !s->usbip) pal_usbfs_close(&g.usbfs);
+    if (s->folder) pal_tree_clear(s->folder);
     for (int i = 0; i < N_CONTROLS; ++i) {
         if (s->asks[i] >= 0) (void)close(s->asks[i]);
     }
@@ -144,12 +153,14 @@ static void close_all(service* s, const char* folder, bool made) {
 
 static void tell_how(const service* s, const char* folder) {
     if (s->usbip) {
+        const bool everybody = strcmp(s->options->listen, "0.0.0.0") == 0;
+        const char* host = everybody ? "HOST" : s->options->listen;
+        const unsigned port = g.usbip.tcp_port;
         (void)printf(
             "serving %u device(s) by USB/IP at %s, TCP port %u\n"
-            "  usbip list -r %s\n"
-            "  sudo modprobe vhci-hcd && sudo usbip attach -r %s -b 1-1\n",
-            (unsigned)g.bus.n_ports, s->options->listen, (unsigned)g.usbip.tcp_port, s->options->listen,
-            s->options->listen);
+            "  usbip --tcp-port %u list -r %s\n"
+            "  sudo modprobe vhci-hcd && sudo usbip --tcp-port %u attach -r %s -b 1-1\n",
+            (unsigned)g.bus.n_ports, s->options->listen, port, port, host, port, host);
     } else {
         (void)printf(
             "serving %u device(s) at %s\n"
@@ -158,6 +169,15 @@ static void tell_how(const service* s, const char* folder) {
             (unsigned)g.bus.n_ports, folder, folder);
     }
     (void)fflush(stdout);
+}
+
+static void tell_ready(const service* s, const char* folder, int ready_fd) {
+    if (ready_fd < 0) {
+        tell_how(s, folder);
+        return;
+    }
+    (void)!write(ready_fd, "", 1);
+    (void)close(ready_fd);
 }
 
 int pal_usb_serve(pal_options* options, const char* folder, int ready_fd) {
@@ -182,20 +202,13 @@ int pal_usb_serve(pal_options* options, const char* folder, int ready_fd) {
     }
     int code = good ? 0 : PAL_EXIT_BAD_INPUT;
     if (good) {
-        s.signals = pal_signals_open();
-        const bool open = s.signals >= 0 && open_front(&s, folder, why, sizeof why);
-        if (open && open_control(&s, folder, why, sizeof why)) {
-            if (ready_fd >= 0) {
-                (void)!write(ready_fd, "", 1);
-                (void)close(ready_fd);
-            } else {
-                tell_how(&s, folder);
-            }
-            run(&s);
-        } else {
-            code = PAL_EXIT_LINK;
+        code = PAL_EXIT_LINK;
+        if (open_front(&s, folder, why, sizeof why) && open_control(&s, folder, why, sizeof why)) {
+            tell_ready(&s, folder, ready_fd);
+            if (run(&s)) code = 0;
+            if (code != 0) (void)snprintf(why, sizeof why, "cannot wait: %s", strerror(errno));
         }
-        close_all(&s, folder, open);
+        close_all(&s);
     }
     if (!pal_usbmon_close(&g.capture)) {
         code = code ? code : PAL_EXIT_LINK;

@@ -19,12 +19,21 @@ static const char* json_bool(bool value) {
     return value ? "true" : "false";
 }
 
+/// Text in JSON's quotes.
+static void add_text(char* out, size_t* n, const char* text) {
+    add(out, n, "\"");
+    for (; *text != '\0'; ++text) add(out, n, *text == '"' || *text == '\\' ? "\\%c" : "%c", *text);
+    add(out, n, "\"");
+}
+
 static void add_device(const pal_status_source* source, uint32_t port, char* out, size_t* n) {
     const pal_bus_port* p = &source->bus->ports[port];
     const pal_usb_device_truth t = pal_usb_device_read(&p->device);
-    add(out, n, "%s{\"serial\":\"%s\",\"present\":%s,\"powered\":%s,\"open\":%u,\"running\":%s,\"boots\":%u,",
-        port == 0 ? "" : ",", p->serial, json_bool(p->present), json_bool(t.powered),
-        (unsigned)source->n_open(source->context, port), json_bool(t.running), (unsigned)t.n_boots);
+    add(out, n, "%s{\"serial\":", port == 0 ? "" : ",");
+    add_text(out, n, p->serial);
+    add(out, n, ",\"present\":%s,\"powered\":%s,\"open\":%u,\"running\":%s,\"boots\":%u,",
+        json_bool(p->present), json_bool(t.powered), (unsigned)source->n_open(source->context, port),
+        json_bool(t.running), (unsigned)t.n_boots);
     add(out, n, "\"requests\":%u,\"replies\":%u,\"motor_counts\":[%d,%d,%d],\"encoder_counts\":[%d,%d,%d],",
         (unsigned)t.n_requests, (unsigned)t.n_replies, t.motor_counts[0], t.motor_counts[1],
         t.motor_counts[2], t.encoder_counts[0], t.encoder_counts[1], t.encoder_counts[2]);
@@ -90,9 +99,7 @@ static void inject(const pal_status_source* source, const char* text, char* out)
     }
     for (uint32_t port = first; port < last; ++port) {
         pal_usb_device* device = &source->bus->ports[port].device;
-        pal_usb_fault here = fault;
-        here.at_us += pal_usb_device_read(device).now_us;
-        if (!pal_usb_device_inject(device, &here)) {
+        if (!pal_usb_device_inject_now(device, &fault)) {
             fail(out, "no room for one more fault; heal ends all that there are");
             return;
         }

@@ -91,6 +91,7 @@ static void begin_byte(pal_bridge* b, uint64_t now_clock) {
     b->sending.frame_ok = (b->data_format & ~FORMAT_BREAK) == FORMAT_8N1;
     b->out_at = (b->out_at + 1) % PAL_BRIDGE_OUT_BYTES;
     --b->n_out;
+    b->from_clock = from;
     b->sent_clock = from + (b->instant ? 0 : (uint64_t)b->clocks_per_bit * bits_per_byte(b->data_format));
     b->busy = true;
 }
@@ -111,7 +112,7 @@ static bool reset_request(pal_bridge* b, uint16_t value) {
     b->flow = 0;
     b->xoffed = false;
     b->event = EVENT_AT_RESET;
-    b->event_on = b->error_on = b->dtr = b->rts = false;
+    b->event_on = b->dtr = b->rts = false;
     return true;
 }
 
@@ -184,9 +185,7 @@ static bool request_out(pal_bridge* b, uint64_t now_us, const uint8_t setup[8]) 
             b->event_on = (value & ON_BIT) != 0;
             return true;
         case SET_ERROR:
-            b->error_char = (uint8_t)value;
-            b->error_on = (value & ON_BIT) != 0;
-            return true;
+            return true;  // not modelled: no driver turns it on, and a framing error is told by the status
         case SET_LATENCY:
             return set_latency(b, value, now_us);
         case WRITE_EEPROM:
@@ -239,6 +238,13 @@ int pal_bridge_out(pal_bridge* bridge, const uint8_t* bytes, size_t n_bytes, uin
     }
     begin_byte(bridge, now_clock);
     return (int)n_bytes;
+}
+
+void pal_bridge_release(pal_bridge* bridge, uint64_t now_clock) {
+    bridge->not_before_clock = 0;
+    if (!bridge->busy || bridge->from_clock <= now_clock) return;
+    bridge->sent_clock -= bridge->from_clock - now_clock;
+    bridge->from_clock = now_clock;
 }
 
 uint64_t pal_bridge_sent_clock(const pal_bridge* bridge) {

@@ -26,7 +26,7 @@ typedef struct pal_bridge {
     uint32_t n_out, out_at, n_in, in_at;  ///< rings: how many, where the first is
     uint32_t n_flush;                     ///< so many of the IN bytes go at once
     uint64_t timer_us;                    ///< when the latency timer began
-    uint64_t sent_clock;                  ///< when the byte that is on the line ends
+    uint64_t from_clock, sent_clock;      ///< when the byte that is on the line begins and ends
     uint64_t not_before_clock;            ///< no byte goes on the line before
     pal_line_byte sending;
     uint32_t clocks_per_bit;
@@ -34,10 +34,10 @@ typedef struct pal_bridge {
     uint8_t latency_ms;
     uint8_t flow;  ///< 0 none, 1 RTS/CTS, 2 DTR/DSR, 4 XON/XOFF
     uint8_t xon, xoff;
-    uint8_t event, error_char;
+    uint8_t event;
     uint8_t modem_lines;  ///< bits 4-7: CTS DSR RI DCD, as they come in
     uint8_t line_errors;  ///< overrun, parity, framing, break since the last packet
-    bool event_on, error_on, dtr, rts, busy, xoffed, status_news;
+    bool event_on, dtr, rts, busy, xoffed, status_news;
     bool instant;  ///< data are ready as soon as they are there
     uint16_t eeprom[PAL_BRIDGE_EEPROM_WORDS];
 } pal_bridge;
@@ -52,6 +52,8 @@ uint32_t pal_bridge_divisor_clocks(uint16_t value, uint16_t index);
 
 /// A bulk OUT packet: all of it or, when the FIFO has no room, 0.
 int pal_bridge_out(pal_bridge* bridge, const uint8_t* bytes, size_t n_bytes, uint64_t now_clock);
+/// No byte waits any longer for not_before_clock.
+void pal_bridge_release(pal_bridge* bridge, uint64_t now_clock);
 /// When the byte on the line ends; UINT64_MAX: none is on it.
 uint64_t pal_bridge_sent_clock(const pal_bridge* bridge);
 /// The byte that ends at that time; the next one begins.

@@ -6,17 +6,20 @@
 
 #include "sim/falcon/codec.h"
 #include "sim/falcon/kinematics.h"
+#include "sim/falcon/random.h"
 
 static const double TICK_S = 1e-3;
 // 320 slots x 4 a motor turn, 110 mm sector on a 14.25 mm shaft: 1572.56 counts/rad; zero at 35 degrees.
 static const double COUNTS_PER_RAD = 1280.0 * (110.0 / 14.25) / 6.28318530717958648;
 static const double THETA_ZERO_RAD = 0.61086523819801535;
+static const double SCALE_MIN = 0.25, SCALE_MAX = 4.0;
 // Elastic stops 2 degrees before the ends of the travel. Assumed: hard enough for 40 N, well damped.
 static const double STOP_BEFORE_RAD = 0.035, STOP_N_M_PER_RAD = 100.0, STOP_N_M_S_PER_RAD = 0.3;
 enum { ALL_HOMED = 7, HOMING_FLAG = 1, HOMED_SHIFT = 4, SPARE_AT = 14, N_SUBSTEPS_MAX = 1000 };
 
 pal_falcon_sim_config pal_falcon_sim_config_default(void) {
     const pal_falcon_sim_config config = {
+        .scale = 1.0,
         .mass_kg = 0.2,
         .gravity_m_per_s2 = 9.81,
         .viscous_n_s_per_m = 2.0,
@@ -32,24 +35,20 @@ pal_falcon_sim_config pal_falcon_sim_config_default(void) {
     return config;
 }
 
-/// SplitMix64: one number of a seeded sequence.
-static uint64_t next_random(uint64_t* state) {
-    *state += 0x9E3779B97F4A7C15U;
-    uint64_t z = *state;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31);
+void pal_falcon_sim_resize(pal_falcon_sim_config* config, double scale) {
+    for (int i = 0; i < 3; ++i) config->start_m[i] *= scale / config->scale;
+    config->scale = scale;
 }
 
 void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed) {
     for (int i = 0; i < 3; ++i) {
-        config->start_offset_counts[i] = (int16_t)((int32_t)(next_random(&seed) & 0xFFFF) - 0x8000);
+        config->start_offset_counts[i] = (int16_t)((int32_t)(pal_sim_random(&seed) & 0xFFFF) - 0x8000);
     }
 }
 
 /// In 1 - spread .. 1 + spread.
 static double next_factor(uint64_t* state, double spread) {
-    const double in_unit = (double)(next_random(state) >> 11) / 9007199254740992.0;  // 2^53
+    const double in_unit = (double)(pal_sim_random(state) >> 11) / 9007199254740992.0;  // 2^53
     return 1.0 + spread * (2.0 * in_unit - 1.0);
 }
 
@@ -63,17 +62,34 @@ void pal_falcon_sim_vary(pal_falcon_sim_config* config, uint64_t seed, double sp
 }
 
 static bool is_sane(const pal_falcon_sim_config* c) {
-    return c->mass_kg > 0.0 && c->mass_kg < 100.0 && fabs(c->gravity_m_per_s2) < 100.0 &&
-           c->viscous_n_s_per_m >= 0.0 && c->viscous_n_s_per_m < 1e4 && c->coulomb_n >= 0.0 &&
-           c->coulomb_n < 1e3 && c->units_per_n_m > 0.0 && c->units_per_n_m < 1e9 &&
+    return c->scale >= SCALE_MIN && c->scale <= SCALE_MAX && c->mass_kg > 0.0 && c->mass_kg < 100.0 &&
+           fabs(c->gravity_m_per_s2) < 100.0 && c->viscous_n_s_per_m >= 0.0 && c->viscous_n_s_per_m < 1e4 &&
+           c->coulomb_n >= 0.0 && c->coulomb_n < 1e3 && c->units_per_n_m > 0.0 && c->units_per_n_m < 1e9 &&
            c->home_theta_rad > PAL_FALCON_THETA_MIN_RAD && c->home_theta_rad < PAL_FALCON_THETA_MAX_RAD &&
            c->watchdog_ticks > 0 && c->delay_ticks <= PAL_FALCON_DELAY_MAX && c->n_substeps > 0 &&
            c->n_substeps <= N_SUBSTEPS_MAX && c->reply_spare < 16;
 }
 
+// A delta `scale` times as large has the same angles where everything is `scale` times as far.
+
+static bool solve_theta(double scale, const double at_m[3], const double near_rad[3], double theta_rad[3]) {
+    const double as_falcon_m[3] = {at_m[0] / scale, at_m[1] / scale, at_m[2] / scale};
+    return pal_falcon_solve_theta(as_falcon_m, near_rad, theta_rad);
+}
+
+static void theta_gradient(double scale, const double at_m[3], const double theta_rad[3],
+                           double jacobian[9]) {
+    const double as_falcon_m[3] = {at_m[0] / scale, at_m[1] / scale, at_m[2] / scale};
+    pal_falcon_theta_gradient(as_falcon_m, theta_rad, jacobian);
+    for (int i = 0; i < 9; ++i) jacobian[i] /= scale;
+}
+
+static const double NEAR_RAD[3] = {0.5, 0.5, 0.5};  // somewhere in the travel
+
 bool pal_falcon_sim_init(pal_falcon_sim* sim, const pal_falcon_sim_config* config) {
     memset(sim, 0, sizeof *sim);
-    if (!is_sane(config) || !pal_falcon_sim_theta(config->start_m, sim->theta_rad)) return false;
+    if (!is_sane(config) || !solve_theta(config->scale, config->start_m, NEAR_RAD, sim->theta_rad))
+        return false;
     sim->config = *config;
     for (int i = 0; i < 3; ++i) {
         sim->position_m[i] = config->start_m[i];
@@ -196,6 +212,8 @@ static void motor_force(const double jacobian[9], const int16_t counts[3], doubl
 }
 
 static void add_stops(const pal_falcon_sim* sim, const double jacobian[9], double force_n[3]) {
+    const double hardness =
+        sim->config.scale * sim->config.scale;  // of torque over angle: at the grip the same
     for (int i = 0; i < 3; ++i) {
         const double* row = jacobian + 3 * i;
         double over = sim->theta_rad[i] - (PAL_FALCON_THETA_MAX_RAD - STOP_BEFORE_RAD);
@@ -205,7 +223,7 @@ static void add_stops(const pal_falcon_sim* sim, const double jacobian[9], doubl
         if (!at_inner && !at_outer) continue;
         double rate = 0.0;
         for (int axis = 0; axis < 3; ++axis) rate += row[axis] * sim->velocity_m_per_s[axis];
-        const double torque = -STOP_N_M_PER_RAD * over - STOP_N_M_S_PER_RAD * rate;
+        const double torque = hardness * (-STOP_N_M_PER_RAD * over - STOP_N_M_S_PER_RAD * rate);
         for (int axis = 0; axis < 3; ++axis) force_n[axis] += row[axis] * torque;
     }
 }
@@ -225,7 +243,7 @@ static void accelerate(pal_falcon_sim* sim, const double force_n[3], double mass
 static void move(pal_falcon_sim* sim, double dt_s) {
     double to[3];
     for (int i = 0; i < 3; ++i) to[i] = sim->position_m[i] + dt_s * sim->velocity_m_per_s[i];
-    if (pal_falcon_solve_theta(to, sim->theta_rad, sim->theta_rad)) {
+    if (solve_theta(sim->config.scale, to, sim->theta_rad, sim->theta_rad)) {
         memcpy(sim->position_m, to, sizeof to);
     } else {
         memset(sim->velocity_m_per_s, 0, sizeof sim->velocity_m_per_s);
@@ -241,7 +259,7 @@ void pal_falcon_sim_advance(pal_falcon_sim* sim, pal_falcon_push push, const voi
     for (uint32_t n = 0; n < sim->config.n_substeps; ++n) {
         double force_n[3];
         double hand_n[3] = {0.0, 0.0, 0.0};
-        pal_falcon_theta_gradient(sim->position_m, sim->theta_rad, jacobian);
+        theta_gradient(sim->config.scale, sim->position_m, sim->theta_rad, jacobian);
         motor_force(jacobian, sim->motor_counts, sim->config.units_per_n_m, force_n);
         add_stops(sim, jacobian, force_n);
         if (push) push(context, sim->position_m, sim->velocity_m_per_s, hand_n);
@@ -251,26 +269,27 @@ void pal_falcon_sim_advance(pal_falcon_sim* sim, pal_falcon_push push, const voi
         move(sim, dt_s);
         home(sim);
     }
-    pal_falcon_theta_gradient(sim->position_m, sim->theta_rad, jacobian);
+    theta_gradient(sim->config.scale, sim->position_m, sim->theta_rad, jacobian);
     motor_force(jacobian, sim->motor_counts, sim->config.units_per_n_m, sim->force_n);
 }
 
 bool pal_falcon_sim_theta(const double at_m[3], double theta_rad[3]) {
-    const double near_rad[3] = {0.5, 0.5, 0.5};
-    return pal_falcon_solve_theta(at_m, near_rad, theta_rad);
+    return solve_theta(1.0, at_m, NEAR_RAD, theta_rad);
 }
 
 bool pal_falcon_sim_jacobian(const double at_m[3], double jacobian[9]) {
     double theta_rad[3];
     if (!pal_falcon_sim_theta(at_m, theta_rad)) return false;
-    pal_falcon_theta_gradient(at_m, theta_rad, jacobian);
+    theta_gradient(1.0, at_m, theta_rad, jacobian);
     return true;
 }
 
 bool pal_falcon_sim_motor_force(const pal_falcon_sim_config* config, const double at_m[3],
                                 const int16_t motor_counts[3], double force_n[3]) {
+    double theta_rad[3];
     double jacobian[9];
-    if (!pal_falcon_sim_jacobian(at_m, jacobian)) return false;
+    if (!solve_theta(config->scale, at_m, NEAR_RAD, theta_rad)) return false;
+    theta_gradient(config->scale, at_m, theta_rad, jacobian);
     motor_force(jacobian, motor_counts, config->units_per_n_m, force_n);
     return true;
 }

@@ -12,7 +12,8 @@ extern "C" {
 enum { PAL_FALCON_DELAY_MAX = 7, PAL_FALCON_MOTOR_MAX = 4095 };
 
 typedef struct pal_falcon_sim_config {
-    double mass_kg;            ///< effector, assumed 0.2
+    double scale;    ///< all lengths of the delta: so many times the Falcon's, 0.25..4; pal_falcon_sim_resize
+    double mass_kg;  ///< effector, assumed 0.2
     double gravity_m_per_s2;   ///< along -y
     double viscous_n_s_per_m;  ///< assumed 2
     double coulomb_n;          ///< assumed 0.3
@@ -29,6 +30,9 @@ typedef struct pal_falcon_sim_config {
 } pal_falcon_sim_config;
 
 pal_falcon_sim_config pal_falcon_sim_config_default(void);
+/// Another delta: its links, base and platform are `scale` times a Falcon's, and start_m with them. Mass,
+/// frictions, motors, encoders, angles and the hardness of the stops at the grip stay as they are.
+void pal_falcon_sim_resize(pal_falcon_sim_config* config, double scale);
 /// Draws what differs from device to device and from power-on to power-on: what the counters read before
 /// homing.
 void pal_falcon_sim_seed(pal_falcon_sim_config* config, uint64_t seed);
@@ -82,11 +86,11 @@ void pal_falcon_sim_advance(pal_falcon_sim* sim, pal_falcon_push push, const voi
                             double extra_mass_kg);
 
 /// Truth, for tests and error analysis. Device frame. False, output untouched, outside the workspace: an arm
-/// beyond -25..+90 degrees, or no solution.
-bool pal_falcon_sim_theta(const double at_m[3], double theta_rad[3]);
-/// Force of motor words at a position, through the true Jacobian.
+/// beyond -25..+90 degrees, or no solution. Force of motor words at a position, through the true Jacobian.
 bool pal_falcon_sim_motor_force(const pal_falcon_sim_config* config, const double at_m[3],
                                 const int16_t motor_counts[3], double force_n[3]);
+/// The same of a Falcon, scale 1: arm angles.
+bool pal_falcon_sim_theta(const double at_m[3], double theta_rad[3]);
 /// Rows: d theta_i / d (x, y, z), rad/m.
 bool pal_falcon_sim_jacobian(const double at_m[3], double jacobian[9]);
 /// The encoder reading at a position after homing.

@@ -17,12 +17,14 @@ enum {
     SHOWN_MAX = 32  // of a word, in a message
 };
 
+static const uint64_t VALUE_MAX = 1000000000000;  // of digits before the point is put in place
+
 // Arrays of characters, not of pointers: nothing here is written by a loader.
 static const char NAMES[PAL_USB_FAULT_KINDS][10] = {"drop",  "delay",  "split",     "duplicate", "corrupt",
                                                     "stall", "unplug", "power-out", "boot-fail", "freeze",
                                                     "jump",  "babble", "slow-host"};
 
-/// What may stand behind a kind besides at_s, for_s and n.
+/// What may stand behind a kind.
 typedef enum field {
     F_AT = 1 << 0,
     F_FOR = 1 << 1,
@@ -156,6 +158,7 @@ static bool read_decimal(span s, unsigned n_fraction, uint64_t* value) {
         if (point && ++n_behind > n_fraction) return false;
         sum = sum * 10 + (uint64_t)(s.at[i] - '0');
     }
+    if (sum > VALUE_MAX) return false;  // times 10^n_fraction it must fit
     for (; n_behind < n_fraction; ++n_behind) sum *= 10;
     *value = sum;
     return n_digits > 0 && !(point && n_fraction == 0);
@@ -187,6 +190,13 @@ static const char* read_p(span value, uint32_t* per_million) {
         return "write 0 to 1, such as 0.01";
     *per_million = (uint32_t)wide;
     return NULL;
+}
+
+/// How often; 0, which means "no limit", is said by leaving it out.
+static const char* read_n(span value, uint32_t* n) {
+    static const char right[] = "write a whole number, 1 to 1000000000";
+    const char* problem = read_whole(value, NUMBER_MAX, right, n);
+    return !problem && *n == 0 ? right : problem;
 }
 
 static const char* read_counts(span value, int32_t* counts) {
@@ -240,7 +250,7 @@ static const char* read_value(uint32_t which, span value, pal_usb_fault* f) {
         case F_FOR:
             return read_us(value, &f->for_us);
         case F_N:
-            return read_whole(value, NUMBER_MAX, "write a whole number, 1 to 1000000000", &f->n);
+            return read_n(value, &f->n);
         case F_DIR:
             return read_dir(value, &f->dir);
         case F_P:

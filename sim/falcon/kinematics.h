@@ -1,5 +1,5 @@
-/// True kinematics of the simulated delta, from its closure equation: solved numerically, differentiated
-/// implicitly.
+/// True kinematics of the simulated delta at a Falcon's size, from its closure equation: solved numerically,
+/// differentiated implicitly.
 #pragma once
 #include <stdbool.h>
 #ifdef __cplusplus

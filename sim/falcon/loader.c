@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "sim/falcon/random.h"
+
 static const uint8_t REQUEST[3] = {0x0A, 0x43, 0x0D};       // LF 'C' CR
 static const uint8_t ANSWER[4] = {0x0A, 0x44, 0x2C, 0x0D};  // LF 'D' ',' CR
 enum {
@@ -14,16 +16,8 @@ enum {
 };
 enum { PART_KEY, PART_RESERVED, PART_ENTRY, PART_SIZE, PART_DESTINATION, PART_DATA };
 
-uint64_t pal_uart_random(uint64_t* state) {
-    *state += 0x9E3779B97F4A7C15U;
-    uint64_t z = *state;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31);
-}
-
 uint8_t pal_uart_garbled(uint8_t byte, uint64_t* random) {
-    return (uint8_t)(byte ^ (1 + pal_uart_random(random) % 255));
+    return (uint8_t)(byte ^ (1 + pal_sim_random(random) % 255));
 }
 
 bool pal_uart_same_baud(uint32_t clocks_per_bit, uint32_t other_clocks_per_bit) {
@@ -139,7 +133,7 @@ static bool locks(pal_loader* l, pal_line_byte in) {
     const uint32_t baud = CLOCKS_PER_S / in.clocks_per_bit;
     if (baud <= l->config.autobaud_sure_baud) return true;
     if (baud > l->config.autobaud_max_baud) return false;
-    return pal_uart_random(&l->random) % MILLION >= l->config.autobaud_fail_per_million;
+    return pal_sim_random(&l->random) % MILLION >= l->config.autobaud_fail_per_million;
 }
 
 static void autobaud(pal_loader* l, pal_line_byte in, const pal_usb_fault* fail, pal_loader_answer* answer) {

@@ -105,14 +105,12 @@ void pal_loader_set_dtr(pal_loader* loader, bool high);
 /// A byte for the PIC or the DSP: in state PAL_DSP_RUN with DTR low it is not for the loader. `fail` may be
 /// NULL.
 pal_loader_answer pal_loader_receive(pal_loader* loader, pal_line_byte in, const pal_usb_fault* fail);
-/// Whether two ends with these bit times understand each other (within 3 %).
 /// Clocks at a time.
 static inline uint64_t pal_uart_clock(uint64_t us) {
     return us * PAL_UART_CLOCKS_PER_US;
 }
+/// Whether two ends with these bit times understand each other (within 3 %).
 bool pal_uart_same_baud(uint32_t clocks_per_bit, uint32_t other_clocks_per_bit);
-/// SplitMix64.
-uint64_t pal_uart_random(uint64_t* state);
 /// A byte as an end with another baud reads it: never the byte itself.
 uint8_t pal_uart_garbled(uint8_t byte, uint64_t* random);
 

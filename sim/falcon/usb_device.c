@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "sim/falcon/random.h"
 #include "sim/falcon/usb_device_private.h"
 
 enum {
@@ -15,10 +16,6 @@ enum {
     REPLY_BYTES = 16,
     CLOCKS_PER_S = 24000000
 };
-
-static uint64_t earlier(uint64_t a, uint64_t b) {
-    return a < b ? a : b;
-}
 
 pal_usb_device_config pal_usb_device_config_default(void) {
     pal_usb_device_config config;
@@ -36,7 +33,7 @@ pal_usb_device_config pal_usb_device_config_default(void) {
 /// A firmware begins: each time but the first the counters begin somewhere else.
 static void start_firmware(pal_usb_device* d, uint64_t listens_clock) {
     pal_falcon_sim_config counters = d->config.falcon;
-    if (d->loader.n_boots > 1) pal_falcon_sim_seed(&counters, pal_uart_random(&d->random));
+    if (d->loader.n_boots > 1) pal_falcon_sim_seed(&counters, pal_sim_random(&d->random));
     pal_falcon_sim_restart(&d->falcon, counters.start_offset_counts);
     d->run_clock = listens_clock;
 }
@@ -55,7 +52,7 @@ bool pal_usb_device_init(pal_usb_device* device, const pal_usb_device_config* co
     if (!pal_usb_fill_eeprom(device) || !pal_falcon_sim_init(&device->falcon, &config->falcon)) return false;
     if (!(config->hand.mass_kg >= 0.0) || config->n_faults > PAL_USB_FAULTS_MAX) return false;
     pal_bridge_reset(&device->bridge, config->start_us);
-    pal_loader_init(&device->loader, &config->loader, pal_uart_random(&device->random));
+    pal_loader_init(&device->loader, &config->loader, pal_sim_random(&device->random));
     if (config->running) {
         device->loader.dsp = PAL_DSP_RUN;
         device->loader.clocks_per_bit = device->bridge.clocks_per_bit = PAL_UART_RUN_CLOCKS_PER_BIT;
@@ -97,9 +94,10 @@ static void firmware_receive(pal_usb_device* d, pal_line_byte in) {
 }
 
 static void loader_receive(pal_usb_device* d, pal_line_byte in) {
-    const pal_loader_answer answer = pal_loader_receive(&d->loader, in, pal_usb_boot_fault(d));
+    pal_usb_active_fault* fail = pal_usb_boot_fault(d);
+    const pal_loader_answer answer = pal_loader_receive(&d->loader, in, fail ? &fail->fault : NULL);
     const bool instant = d->config.instant;
-    if (answer.struck) pal_usb_boot_fault_struck(d);
+    if (answer.struck) pal_usb_struck(d, fail);
     if (answer.reset) {
         d->n_line = 0;  // what the DSP was about to say
         pal_falcon_sim_restart(&d->falcon, d->config.falcon.start_offset_counts);
@@ -157,7 +155,7 @@ static void run_to(pal_usb_device* d, uint64_t now_us) {
         const uint64_t sent = pal_bridge_sent_clock(&d->bridge);
         const uint64_t said = d->n_line > 0 ? d->line_clock : UINT64_MAX;
         const uint64_t moved = tick_clock(d);
-        const uint64_t next = earlier(earlier(fault, sent), earlier(said, moved));
+        const uint64_t next = pal_usb_earlier(pal_usb_earlier(fault, sent), pal_usb_earlier(said, moved));
         if (next > pal_uart_clock(now_us)) break;
         if (next > d->clock) d->clock = next;
         if (next == fault) {
@@ -187,7 +185,8 @@ int pal_usb_device_control(pal_usb_device* device, const uint8_t setup[8], uint8
     if (type != TYPE_VENDOR || device->configuration == 0) return PAL_USB_STALL;
     const int n = pal_bridge_request(&device->bridge, device->now_us, setup, data, n_bytes);
     pal_loader_set_dtr(&device->loader, device->bridge.dtr);
-    if (setup[1] == REQUEST_RESET && setup[2] != PURGE_OUT) {  // what a fault holds back is purged too
+    if (n >= 0 && setup[1] == REQUEST_RESET &&
+        setup[2] != PURGE_OUT) {  // what a fault holds back is purged too
         device->n_again = 0;
         device->hold_us = device->split_us = 0;
     }

@@ -88,7 +88,7 @@ typedef struct pal_usb_device {
     uint8_t again[PAL_USB_PACKET_BYTES];
     uint8_t n_again;  ///< a packet that comes once more
     uint8_t halted;   ///< pal_usb_fault_endpoint bits
-    uint8_t configuration, address;
+    uint8_t configuration;
     bool remote_wakeup, plugged, powered;
     bool no_tokens;  ///< a slow host sends none to the bulk endpoints
     uint32_t n_requests, n_replies, n_strikes;
@@ -139,7 +139,10 @@ bool pal_usb_device_present(const pal_usb_device* device);
 /// A fault, now or later: at_us counts from start_us, one in the past begins now. False: it makes no sense or
 /// there are too many.
 bool pal_usb_device_inject(pal_usb_device* device, const pal_usb_fault* fault);
-/// Ends all faults, also those to come: the plug and the supply are in again.
+/// The same with at_us counting from now.
+bool pal_usb_device_inject_now(pal_usb_device* device, const pal_usb_fault* fault);
+/// Ends all faults, also those to come: the plug and the supply are in again, and what a delay or a split
+/// held back goes on.
 void pal_usb_device_heal(pal_usb_device* device);
 /// Grip buttons, 4 bits.
 void pal_usb_device_press(pal_usb_device* device, uint8_t buttons);

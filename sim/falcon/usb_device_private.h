@@ -12,10 +12,10 @@ bool pal_usb_splits(pal_usb_device* device, uint32_t n_bytes, pal_usb_fault* str
 bool pal_usb_control_stalls(pal_usb_device* device);
 /// Whether bytes may change on the line now.
 bool pal_usb_corrupts(const pal_usb_device* device);
-/// The active boot-fail fault for this stage of things; NULL: none.
-const pal_usb_fault* pal_usb_boot_fault(const pal_usb_device* device);
+/// The active boot-fail fault that the loader can come to with its next byte; NULL: none.
+pal_usb_active_fault* pal_usb_boot_fault(pal_usb_device* device);
 /// It has struck.
-void pal_usb_boot_fault_struck(pal_usb_device* device);
+void pal_usb_struck(pal_usb_device* device, pal_usb_active_fault* fault);
 /// Whether a bulk endpoint is halted.
 bool pal_usb_halted(const pal_usb_device* device, pal_usb_fault_endpoint endpoint);
 
@@ -25,6 +25,9 @@ void pal_usb_line_say(pal_usb_device* device, const uint8_t* bytes, size_t n_byt
 
 /// When a byte ends that may begin from `from_clock` on.
 uint64_t pal_usb_line_end(const pal_usb_device* device, const pal_usb_line_byte* byte, uint64_t from_clock);
+static inline uint64_t pal_usb_earlier(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
 /// Configured and not halted.
 bool pal_usb_usable(const pal_usb_device* device, pal_usb_fault_endpoint endpoint);
 

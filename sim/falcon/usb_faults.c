@@ -1,6 +1,7 @@
 // Faults at work on the device.
 #include <string.h>
 
+#include "sim/falcon/random.h"
 #include "sim/falcon/usb_device_private.h"
 
 enum { MILLION = 1000000, ALL_AXES = 7 };
@@ -9,17 +10,17 @@ static bool is_active(const pal_usb_active_fault* f) {
     return f->begun && !f->ended;
 }
 
-static void count(pal_usb_device* d, pal_usb_active_fault* f) {
-    ++d->n_strikes;
-    ++f->n_struck;
-    const bool once = f->fault.n == 0 && f->fault.for_us == 0;
-    if (once || (f->fault.n > 0 && f->n_struck >= f->fault.n)) f->ended = true;
+void pal_usb_struck(pal_usb_device* device, pal_usb_active_fault* fault) {
+    ++device->n_strikes;
+    ++fault->n_struck;
+    const bool once = fault->fault.n == 0 && fault->fault.for_us == 0;
+    if (once || (fault->fault.n > 0 && fault->n_struck >= fault->fault.n)) fault->ended = true;
 }
 
 /// Throws the dice of an active fault.
 static bool strikes(pal_usb_device* d, pal_usb_active_fault* f) {
-    if (pal_uart_random(&f->random) % MILLION >= f->fault.per_million) return false;
-    count(d, f);
+    if (pal_sim_random(&f->random) % MILLION >= f->fault.per_million) return false;
+    pal_usb_struck(d, f);
     return true;
 }
 
@@ -62,16 +63,33 @@ bool pal_usb_corrupts(const pal_usb_device* device) {
     return false;
 }
 
-const pal_usb_fault* pal_usb_boot_fault(const pal_usb_device* device) {
-    for (uint32_t i = 0; i < device->n_faults; ++i) {
-        const pal_usb_active_fault* f = &device->faults[i];
-        if (f->fault.kind == PAL_USB_FAULT_BOOT_FAIL && is_active(f)) return &f->fault;
+/// Whether the loader, as it is, may come to this place with its next byte.
+static bool is_next(const pal_loader* loader, const pal_usb_fault* fault) {
+    switch (fault->stage) {
+        case PAL_BOOT_FAIL_PIC_SILENT:
+        case PAL_BOOT_FAIL_PIC_WRONG:
+            return loader->dtr;
+        case PAL_BOOT_FAIL_AUTOBAUD_SILENT:
+        case PAL_BOOT_FAIL_AUTOBAUD_WRONG:
+            return !loader->dtr && loader->dsp == PAL_DSP_AUTOBAUD;
+        case PAL_BOOT_FAIL_ECHO_WRONG:
+        case PAL_BOOT_FAIL_ECHO_SILENT:
+            return !loader->dtr && loader->dsp == PAL_DSP_LOAD && loader->container.n_bytes == fault->byte;
+        default:
+            return !loader->dtr && loader->dsp == PAL_DSP_LOAD;
     }
-    return NULL;
 }
 
-void pal_usb_boot_fault_struck(pal_usb_device* device) {
-    (void)pal_usb_strikes(device, PAL_USB_FAULT_BOOT_FAIL, PAL_USB_FAULT_BOTH, NULL);
+pal_usb_active_fault* pal_usb_boot_fault(pal_usb_device* device) {
+    pal_usb_active_fault* found = NULL;
+    for (uint32_t i = 0; i < device->n_faults; ++i) {
+        pal_usb_active_fault* f = &device->faults[i];
+        if (f->fault.kind != PAL_USB_FAULT_BOOT_FAIL || !is_active(f) || !is_next(&device->loader, &f->fault))
+            continue;
+        // The end of a container is any byte of it: a fault of this one byte comes first.
+        if (!found || found->fault.stage == PAL_BOOT_FAIL_NO_START) found = f;
+    }
+    return found;
 }
 
 bool pal_usb_halted(const pal_usb_device* device, pal_usb_fault_endpoint endpoint) {
@@ -98,7 +116,7 @@ static void begin(pal_usb_device* d, pal_usb_active_fault* f) {
     switch (fault->kind) {
         case PAL_USB_FAULT_JUMP:
             jump(d, fault);
-            count(d, f);
+            pal_usb_struck(d, f);
             break;
         case PAL_USB_FAULT_STALL:
             d->halted |= bulk;
@@ -124,8 +142,8 @@ static void begin(pal_usb_device* d, pal_usb_active_fault* f) {
 static void babble(pal_usb_device* d, pal_usb_active_fault* f) {
     uint8_t bytes[PAL_USB_PACKET_BYTES];
     f->next_us += f->fault.every_us;
-    for (uint32_t i = 0; i < f->fault.length; ++i) bytes[i] = (uint8_t)pal_uart_random(&f->random);
-    count(d, f);
+    for (uint32_t i = 0; i < f->fault.length; ++i) bytes[i] = (uint8_t)pal_sim_random(&f->random);
+    pal_usb_struck(d, f);
     if (d->loader.dsp == PAL_DSP_OFF) return;
     const uint32_t known = d->loader.clocks_per_bit;
     pal_usb_line_say(d, bytes, f->fault.length, known ? known : PAL_UART_PIC_CLOCKS_PER_BIT, 0);
@@ -167,7 +185,7 @@ static void set_plugged(pal_usb_device* d, bool plugged, uint64_t at_us) {
     pal_bridge_reset(&d->bridge, at_us);
     pal_loader_set_dtr(&d->loader, false);
     d->n_line = 0;
-    d->n_again = d->halted = d->address = 0;
+    d->n_again = d->halted = 0;
     d->hold_us = d->split_us = 0;
     d->remote_wakeup = false;
     d->configuration = 1;
@@ -221,24 +239,36 @@ static pal_usb_active_fault* free_place(pal_usb_device* d) {
     return d->n_faults < PAL_USB_FAULTS_MAX ? &d->faults[d->n_faults++] : NULL;
 }
 
-bool pal_usb_device_inject(pal_usb_device* device, const pal_usb_fault* fault) {
+static bool inject_from(pal_usb_device* device, const pal_usb_fault* fault, uint64_t from_us) {
     if (pal_usb_fault_problem(fault)) return false;
     pal_usb_active_fault* place = free_place(device);
     if (!place) return false;
     memset(place, 0, sizeof *place);
     place->fault = *fault;
-    place->begin_us = device->config.start_us + fault->at_us;
+    place->begin_us = from_us + fault->at_us;
     if (place->begin_us < device->now_us) place->begin_us = device->now_us;
     place->end_us = place->begin_us + fault->for_us;
-    place->random = pal_uart_random(&device->random);
+    place->random = pal_sim_random(&device->random);
     pal_usb_faults_turn(device, device->now_us);
     pal_usb_device_advance(device, device->now_us);  // an instant line says at once what there is
     return true;
 }
 
+bool pal_usb_device_inject(pal_usb_device* device, const pal_usb_fault* fault) {
+    return inject_from(device, fault, device->config.start_us);
+}
+
+bool pal_usb_device_inject_now(pal_usb_device* device, const pal_usb_fault* fault) {
+    return inject_from(device, fault, device->now_us);
+}
+
 void pal_usb_device_heal(pal_usb_device* device) {
+    const uint64_t now_us = device->now_us;
     for (uint32_t i = 0; i < device->n_faults; ++i) device->faults[i].ended = true;
     device->halted = 0;
     device->hold_us = 0;
-    pal_usb_faults_turn(device, device->now_us);
+    if (device->split_us > now_us) device->split_us = now_us;  // the rest may go
+    pal_bridge_release(&device->bridge, pal_uart_clock(now_us));
+    pal_usb_faults_turn(device, now_us);
+    pal_usb_device_advance(device, now_us);  // what an instant line had to wait with
 }

@@ -3,10 +3,6 @@
 
 enum { CLOSE = '>' };
 
-static uint64_t earlier(uint64_t a, uint64_t b) {
-    return a < b ? a : b;
-}
-
 /// The first microsecond that does not lie before.
 static uint64_t us_of(uint64_t clock) {
     return clock / PAL_UART_CLOCKS_PER_US + (clock % PAL_UART_CLOCKS_PER_US ? 1 : 0);
@@ -82,13 +78,13 @@ uint64_t pal_usb_device_next_us(const pal_usb_device* device) {
         if (!pal_usb_usable(device, PAL_USB_FAULT_EP_IN) || device->n_again > 0) return now;
         const uint64_t held = device->split_us > device->hold_us ? device->split_us : device->hold_us;
         if (held > now) {
-            at = earlier(at, held);
+            at = pal_usb_earlier(at, held);
         } else if (device->split_us > 0 || pal_bridge_in_ready(&device->bridge, now)) {
             return now;
         } else {
-            const uint64_t line = earlier(said_clock(device), sent_clock(device));
-            at = earlier(at, pal_bridge_timer_us(&device->bridge));
-            if (line != UINT64_MAX) at = earlier(at, us_of(line));
+            const uint64_t line = pal_usb_earlier(said_clock(device), sent_clock(device));
+            at = pal_usb_earlier(at, pal_bridge_timer_us(&device->bridge));
+            if (line != UINT64_MAX) at = pal_usb_earlier(at, us_of(line));
         }
     }
     return at > now ? at : now + 1;

@@ -233,9 +233,8 @@ static int host_to_device(pal_usb_device* d, const uint8_t setup[8]) {
         case SET_FEATURE:
             return set_feature(d, recipient, value, index, true);
         case SET_ADDRESS:
-            if (recipient != TO_DEVICE || value > ADDRESS_MAX) return PAL_USB_STALL;
-            d->address = (uint8_t)value;
-            return 0;
+            // One device on its wire: what comes is for it, whatever its address.
+            return recipient == TO_DEVICE && value <= ADDRESS_MAX ? 0 : PAL_USB_STALL;
         case SET_CONFIGURATION:
             return recipient == TO_DEVICE ? set_configuration(d, value) : PAL_USB_STALL;
         case SET_INTERFACE:

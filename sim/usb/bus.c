@@ -7,6 +7,7 @@
 
 enum {
     CATCH_UP_US = 200000,
+    NUMBER_MIN = 2,  // 1 is the root hub's
     NUMBER_MAX = 127,
     TO_DEVICE = 0x00,
     FROM_DEVICE = 0x80,
@@ -53,9 +54,23 @@ static void read_text(pal_bus_port* port, uint8_t index, char out[PAL_BUS_TEXT_B
     out[n_out] = '\0';
 }
 
+/// The next address of the bus that no device has.
+static uint32_t free_number(const pal_bus* bus) {
+    uint32_t number = bus->last_number;
+    bool taken = true;
+    while (taken) {  // there are more addresses than ports
+        number = number < NUMBER_MAX ? number + 1 : NUMBER_MIN;
+        taken = false;
+        for (uint32_t i = 0; i < bus->n_ports; ++i) {
+            taken = taken || (bus->ports[i].present && bus->ports[i].number == number);
+        }
+    }
+    return number;
+}
+
 /// What a kernel does with a device that was plugged in. False when it does not answer as a device must.
 static bool enumerate(pal_bus* bus, pal_bus_port* port) {
-    port->number = bus->last_number < NUMBER_MAX ? bus->last_number + 1 : 2;
+    port->number = free_number(bus);
     const int n_device = pal_bus_control(port, FROM_DEVICE, GET_DESCRIPTOR, DESCRIPTOR_DEVICE << 8, 0,
                                          port->device_descriptor, sizeof port->device_descriptor);
     if (n_device != (int)sizeof port->device_descriptor) return false;
@@ -86,7 +101,7 @@ bool pal_bus_init(pal_bus* bus, const pal_usb_device_config* configs, uint32_t n
                   pal_host_timing timing, uint32_t packets_per_frame, uint32_t* bad) {
     memset(bus, 0, sizeof *bus);
     bus->begin_us = monotonic_us();
-    bus->last_number = 1;  // the root hub's
+    bus->last_number = NUMBER_MIN - 1;
     for (uint32_t i = 0; i < n_configs && i < PAL_BUS_DEVICES_MAX; ++i) {
         pal_bus_port* port = &bus->ports[i];
         *bad = i;

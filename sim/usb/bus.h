@@ -7,6 +7,9 @@
 #include "sim/falcon/usb_device.h"
 #include "sim/usb/host_controller.h"
 #include "sim/usb/pcap.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 enum { PAL_BUS_DEVICES_MAX = 8, PAL_BUS_TEXT_BYTES = 128, PAL_BUS_DESCRIPTOR_BYTES = 512 };
 
@@ -15,7 +18,7 @@ typedef struct pal_bus_port {
     pal_usb_device device;
     pal_host host;
     bool present;     ///< enumerated and not unplugged since
-    uint32_t number;  ///< address on the bus, a new one after each plug; 1..127
+    uint32_t number;  ///< address on the bus, a new one after each plug; 2..127
     /// As the device told when it was plugged in.
     uint8_t device_descriptor[18];
     uint8_t configuration[PAL_BUS_DESCRIPTOR_BYTES];
@@ -48,3 +51,7 @@ int pal_bus_look(pal_bus* bus, uint32_t port);
 /// A control request outside any queue, as hub and kernel make them. Bytes, PAL_HOST_DEVICE_*.
 int pal_bus_control(pal_bus_port* port, uint8_t type, uint8_t request, uint16_t value, uint16_t index,
                     uint8_t* data, uint16_t n_bytes);
+
+#ifdef __cplusplus
+}
+#endif

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@ enum {
     RECORD_BYTES = 16,  // before each usbmon header: time and lengths
     US_PER_S = 1000000,
     FLUSH_US = US_PER_S,
+    PATIENCE_MS = 1000,
     BUS = 1,
     ENDPOINT_IN = 0x80,
     TRANSFER_CONTROL = 2,
@@ -31,6 +33,16 @@ static void fail(pal_usbmon* mon, int reason) {
     mon->n = 0;
 }
 
+/// Whether a pipe whose reader is slow takes more, within PATIENCE_MS. Else EAGAIN.
+static bool has_room(int fd) {
+    struct pollfd pipe = {.fd = fd, .events = POLLOUT};
+    int n;
+    do n = poll(&pipe, 1, PATIENCE_MS);
+    while (n < 0 && errno == EINTR);
+    errno = n == 0 ? EAGAIN : errno;
+    return n > 0;
+}
+
 static void flush(pal_usbmon* mon) {
     off_t whole = 0;
     size_t n_done = 0;
@@ -38,6 +50,7 @@ static void flush(pal_usbmon* mon) {
     while (n_done < mon->n) {
         const ssize_t n = write(mon->fd, mon->room + n_done, mon->n - n_done);
         if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && errno == EAGAIN && has_room(mon->fd)) continue;
         if (n <= 0) {
             const int reason = n < 0 ? errno : ENOSPC;
             if (whole > 0) (void)!ftruncate(mon->fd, whole);  // no part of a record stays
@@ -54,6 +67,7 @@ bool pal_usbmon_open(pal_usbmon* mon, const char* file, uint64_t begin_us) {
     mon->begin_us = begin_us;
     mon->fd = open(file, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (mon->fd < 0) return false;
+    (void)fcntl(mon->fd, F_SETFL, O_NONBLOCK);     // a pipe must not hold up the devices
     uint8_t* at = put(mon->room, 0xA1B2C3D4U, 4);  // microseconds
     at = put(at, 2, 2);                            // version 2.4
     at = put(at, 4, 2);

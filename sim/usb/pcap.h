@@ -29,7 +29,8 @@ typedef struct pal_usbmon {
     uint8_t room[PAL_USBMON_ROOM_BYTES];
 } pal_usbmon;
 
-/// Begins FILE anew. `begin_us`: microseconds since 1970 at the controllers' time 0. False: errno says why.
+/// Begins FILE anew. A pipe whose reader lets it be full for a second ends the capture. `begin_us`:
+/// microseconds since 1970 at the controllers' time 0. False: errno says why.
 bool pal_usbmon_open(pal_usbmon* mon, const char* file, uint64_t begin_us);
 /// One record: 'S' for an URB with status PAL_HOST_PENDING, else 'C'. The 'S' gives the URB its id. What is
 /// in memory reaches the file about once a second.

@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -17,12 +18,20 @@
 
 #include "sim/usb/preload.h"
 
+// Once read, never again: a program's own setenv in another thread must not meet a getenv in here.
+static char g_bus[PAL_PRELOAD_PATH_MAX];
+static pthread_once_t g_once = PTHREAD_ONCE_INIT;
+static pid_t g_pid;  // whose memory this is: vfork calls no fork handler
+
 enum { SYSFS_TYPE = 0x62656572, SPEED_FULL = 2 };
 
 /// What the next library in line defines.
 typedef struct next_library {
     int (*openat)(int, const char*, int, ...);
     int (*close)(int);
+    int (*dup2)(int, int);
+    int (*dup3)(int, int, int);
+    int (*close_range)(unsigned, unsigned, int);
     int (*ioctl)(int, unsigned long, ...);
     DIR* (*opendir)(const char*);
     ssize_t (*readlink)(const char*, char*, size_t);
@@ -34,39 +43,63 @@ typedef struct next_library {
 
 static void find(void* function, const char* name) {
     void* const found = dlsym(RTLD_NEXT, name);
-    if (!found) abort();  // no C library without these
+    if (!found) {
+        (void)fprintf(stderr,
+                      "palpate-falcon-preload: the C library has no %s; it must be glibc 2.33 or later\n",
+                      name);
+        abort();
+    }
     memcpy(function, &found, sizeof found);
 }
 
+static next_library g_next;
+
+static void note_process(void) {
+    g_pid = getpid();
+}
+
+static void begin(void) {
+    note_process();
+    (void)pthread_atfork(NULL, NULL, note_process);
+    find(&g_next.openat, "openat");
+    find(&g_next.close, "close");
+    find(&g_next.dup2, "dup2");
+    find(&g_next.dup3, "dup3");
+    find(&g_next.close_range, "close_range");
+    find(&g_next.ioctl, "ioctl");
+    find(&g_next.opendir, "opendir");
+    find(&g_next.readlink, "readlink");
+    find(&g_next.access, "access");
+    find(&g_next.fstatat, "fstatat");
+    find(&g_next.statfs, "statfs");
+    find(&g_next.fopen, "fopen");
+    const char* bus = secure_getenv(PAL_BUS_VARIABLE);
+    if (bus && strlen(bus) < sizeof g_bus) memcpy(g_bus, bus, strlen(bus) + 1);
+}
+
 static const next_library* next(void) {
-    static next_library found;
-    static int ready;
-    if (__atomic_load_n(&ready, __ATOMIC_ACQUIRE)) return &found;
-    find(&found.openat, "openat");
-    find(&found.close, "close");
-    find(&found.ioctl, "ioctl");
-    find(&found.opendir, "opendir");
-    find(&found.readlink, "readlink");
-    find(&found.access, "access");
-    find(&found.fstatat, "fstatat");
-    find(&found.statfs, "statfs");
-    find(&found.fopen, "fopen");
-    __atomic_store_n(&ready, 1, __ATOMIC_RELEASE);
-    return &found;
+    (void)pthread_once(&g_once, begin);
+    return &g_next;
+}
+
+bool pal_preload_owns_memory(void) {
+    (void)next();
+    return getpid() == g_pid;
 }
 
 const char* pal_preload_bus(void) {
-    const char* bus = getenv(PAL_BUS_VARIABLE);
-    return bus && bus[0] != '\0' ? bus : NULL;
+    (void)next();
+    return g_bus[0] != '\0' ? g_bus : NULL;
 }
 
 __attribute__((constructor)) static void start(void) {
     (void)next();
     if (pal_preload_bus()) return;
-    (void)fprintf(stderr,
-                  "palpate-falcon-preload: " PAL_BUS_VARIABLE
-                  " is not set, no Falcon will be seen; start the program with: palpate-falcon-sim run -- "
-                  "PROGRAM\n");
+    (void)fprintf(
+        stderr,
+        "palpate-falcon-preload: " PAL_BUS_VARIABLE
+        " names no bus folder, no Falcon will be seen; start the program with: palpate-falcon-sim run -- "
+        "PROGRAM\n");
 }
 
 static bool below(const char* path, const char* folder) {
@@ -77,9 +110,8 @@ static bool below(const char* path, const char* folder) {
 const char* pal_preload_redirect(const char* path, char room[PAL_PRELOAD_PATH_MAX]) {
     if (!path || (!below(path, PAL_BUS_SYS) && !below(path, PAL_BUS_DEV))) return path;
     const char* bus = pal_preload_bus();
-    if (!bus) return path;
-    const int n = snprintf(room, PAL_PRELOAD_PATH_MAX, "%s%s", bus, path);
-    return n > 0 && n < PAL_PRELOAD_PATH_MAX ? room : path;
+    const int n = bus ? snprintf(room, PAL_PRELOAD_PATH_MAX, "%s%s", bus, path) : -1;
+    return n > 0 && n < PAL_PRELOAD_PATH_MAX ? room : "";  // "": no such file, never a real device
 }
 
 // Opening: all variants are openat.
@@ -143,6 +175,24 @@ int __openat64_2(int folder, const char* path, int flags) {
 PAL_PRELOAD_EXPORT int close(int fd) {
     pal_preload_link_close(fd);
     return next()->close(fd);
+}
+
+// Other ways of closing.
+
+PAL_PRELOAD_EXPORT int dup2(int from, int to) {
+    if (from != to) pal_preload_link_close(to);
+    return next()->dup2(from, to);
+}
+PAL_PRELOAD_EXPORT int dup3(int from, int to, int flags) {
+    if (from != to) pal_preload_link_close(to);
+    return next()->dup3(from, to, flags);
+}
+PAL_PRELOAD_EXPORT int close_range(unsigned first, unsigned last, int flags) {
+    if (flags == 0) pal_preload_link_close_range(first, last);
+    return next()->close_range(first, last, flags);
+}
+PAL_PRELOAD_EXPORT void closefrom(int first) {
+    (void)close_range(first > 0 ? (unsigned)first : 0U, ~0U, 0);
 }
 
 // Looking at folders and files.

@@ -14,8 +14,10 @@ enum { PAL_PRELOAD_PATH_MAX = 512 };
 /// The bus folder, or NULL when the program was not started for a bus.
 const char* pal_preload_bus(void);
 /// `path`, or its place in the bus folder when it lies below PAL_BUS_SYS or PAL_BUS_DEV; written to `room`
-/// then.
+/// then. "" when it does and there is no bus.
 const char* pal_preload_redirect(const char* path, char room[PAL_PRELOAD_PATH_MAX]);
+/// False in a child of vfork, whose memory is its parent's: what it closes, it closes for itself alone.
+bool pal_preload_owns_memory(void);
 /// A connection to a socket of the bus, blocking, with a limit on each wait. -1 with errno.
 int pal_preload_connect(const char* path);
 
@@ -29,6 +31,8 @@ int pal_preload_link_open(const char* path, const char* node, int flags);
 pal_preload_link* pal_preload_link_of(int fd);
 /// Forgets the descriptor and gives the link's own resources back. The caller closes `fd` itself.
 void pal_preload_link_close(int fd);
+/// The same for all descriptors from `first` to `last`.
+void pal_preload_link_close_range(unsigned first, unsigned last);
 /// "/dev/bus/usb/001/002"
 const char* pal_preload_link_node(const pal_preload_link* link);
 

@@ -17,7 +17,7 @@
 
 #include "sim/usb/preload.h"
 
-enum { FDS_MAX = 65536, URBS_MAX = 1024, SETUP_BYTES = 8, PIPE_BYTES = 4096, ENDPOINT_IN = 0x80 };
+enum { FDS_MAX = 65536, URBS_MAX = 1024, SETUP_BYTES = 8, PIPE_BYTES_MIN = 1, ENDPOINT_IN = 0x80 };
 
 typedef struct pending {
     struct usbdevfs_urb* urb;  // NULL: free
@@ -53,6 +53,17 @@ const char* pal_preload_link_node(const pal_preload_link* link) {
     return link->node;
 }
 
+static time_t now_s(void) {
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec;
+}
+
+/// Whether only a signal ended a wait, which began at `begin_s`, before its time.
+static bool once_more(time_t begin_s) {
+    return errno == EINTR && now_s() - begin_s <= PAL_WIRE_PATIENCE_S;
+}
+
 int pal_preload_connect(const char* path) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const size_t n = strlen(path);
@@ -63,11 +74,33 @@ int pal_preload_connect(const char* path) {
     const struct timeval patience = {PAL_WIRE_PATIENCE_S, 0};
     (void)setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     (void)setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    if (connect(fd, (const struct sockaddr*)&address, sizeof address) == 0) return fd;
+    const time_t begin_s = now_s();
+    int code;
+    do code = connect(fd, (const struct sockaddr*)&address, sizeof address);
+    while (code != 0 && once_more(begin_s));
+    if (code == 0) return fd;
     // Nobody listens: the simulator has ended, and its nodes with it.
     const int reason = errno == ECONNREFUSED ? ENOENT : errno;
     (void)close(fd);
     return fail(reason);
+}
+
+/// As recv; a signal to the program does not end it.
+static ssize_t receive_patiently(int fd, void* out, size_t n_out) {
+    const time_t begin_s = now_s();
+    ssize_t n;
+    do n = recv(fd, out, n_out, 0);
+    while (n < 0 && once_more(begin_s));
+    return n;
+}
+
+/// As sendmsg, the same; a message is sent whole or not at all.
+static ssize_t send_patiently(int fd, const struct msghdr* message) {
+    const time_t begin_s = now_s();
+    ssize_t n;
+    do n = sendmsg(fd, message, MSG_NOSIGNAL);
+    while (n < 0 && once_more(begin_s));
+    return n;
 }
 
 /// Sends the hello with the two descriptors and takes the welcome.
@@ -86,15 +119,15 @@ static int greet(int fd, const int handed[2], pal_wire_welcome* welcome) {
     rights->cmsg_type = SCM_RIGHTS;
     rights->cmsg_len = CMSG_LEN(2 * sizeof(int));
     memcpy(CMSG_DATA(rights), handed, 2 * sizeof(int));
-    if (sendmsg(fd, &message, MSG_NOSIGNAL) != (ssize_t)sizeof hello) return fail(ENODEV);
-    if (recv(fd, welcome, sizeof *welcome, 0) != (ssize_t)sizeof *welcome) return fail(ENODEV);
+    if (send_patiently(fd, &message) != (ssize_t)sizeof hello) return fail(ENODEV);
+    if (receive_patiently(fd, welcome, sizeof *welcome) != (ssize_t)sizeof *welcome) return fail(ENODEV);
     return welcome->error == 0 ? 0 : fail(welcome->error);
 }
 
 /// A pipe that is full with one byte, and is full.
 static int open_pipe(int ends[2], int flags) {
     if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return -1;
-    const bool one_page = fcntl(ends[1], F_SETPIPE_SZ, PIPE_BYTES) == PIPE_BYTES;
+    const bool one_page = fcntl(ends[1], F_SETPIPE_SZ, PIPE_BYTES_MIN) == sysconf(_SC_PAGESIZE);
     if (one_page && (flags & O_CLOEXEC) == 0) (void)fcntl(ends[1], F_SETFD, 0);
     if (one_page && write(ends[1], "", 1) == 1) return 0;
     (void)close(ends[0]);
@@ -163,12 +196,16 @@ int pal_preload_link_open(const char* path, const char* node, int flags) {
 }
 
 void pal_preload_link_close(int fd) {
-    if (fd < 0 || fd >= FDS_MAX) return;
+    if (!pal_preload_link_of(fd) || !pal_preload_owns_memory()) return;
     pal_preload_link* link = __atomic_exchange_n(&g_links[fd], NULL, __ATOMIC_ACQ_REL);
     if (!link) return;
     (void)close(link->urbs);
     (void)close(link->calls);
     free(link);
+}
+
+void pal_preload_link_close_range(unsigned first, unsigned last) {
+    for (unsigned fd = first; fd <= last && fd < FDS_MAX; ++fd) pal_preload_link_close((int)fd);
 }
 
 /// The read end is closed: unplugged, or the simulator has ended. True for ever once it was true.
@@ -253,7 +290,7 @@ int pal_preload_submit(pal_preload_link* link, struct usbdevfs_urb* urb) {
     head.tag = remember(link, urb);
     if (head.tag == 0) return fail(ENOMEM);
     const struct msghdr message = {.msg_iov = parts, .msg_iovlen = 2};
-    const bool sent = sendmsg(link->urbs, &message, MSG_NOSIGNAL) >= 0;
+    const bool sent = send_patiently(link->urbs, &message) >= 0;
     // A program that has once seen the error on its descriptor never looks there again. So from then on no
     // URB may be taken, even if the socket still lives for a moment (a process that is killed closes them one
     // by one).
@@ -262,9 +299,11 @@ int pal_preload_submit(pal_preload_link* link, struct usbdevfs_urb* urb) {
 }
 
 int pal_preload_discard(pal_preload_link* link, const struct usbdevfs_urb* urb) {
-    const pal_wire_urb head = {.kind = PAL_WIRE_DISCARD, .tag = tag_of(link, urb)};
+    pal_wire_urb head = {.kind = PAL_WIRE_DISCARD, .tag = tag_of(link, urb)};
+    struct iovec bytes = {&head, sizeof head};
+    const struct msghdr message = {.msg_iov = &bytes, .msg_iovlen = 1};
     if (head.tag == 0) return fail(EINVAL);
-    if (send(link->urbs, &head, sizeof head, MSG_NOSIGNAL) < 0 || is_gone(link)) return fail(ENODEV);
+    if (send_patiently(link->urbs, &message) < 0 || is_gone(link)) return fail(ENODEV);
     return 0;
 }
 
@@ -339,12 +378,15 @@ int pal_preload_reap(pal_preload_link* link, struct usbdevfs_urb** urb, bool wai
 }
 
 int pal_preload_call(pal_preload_link* link, pal_wire_call_kind kind, uint32_t argument) {
-    const pal_wire_call call = {kind, argument};
+    pal_wire_call call = {kind, argument};
+    struct iovec bytes = {&call, sizeof call};
+    const struct msghdr message = {.msg_iov = &bytes, .msg_iovlen = 1};
     int32_t answer = -ENODEV;
     (void)pthread_mutex_lock(&link->call_mutex);
-    if (is_gone(link) || send(link->calls, &call, sizeof call, MSG_NOSIGNAL) < 0 ||
-        recv(link->calls, &answer, sizeof answer, 0) != (ssize_t)sizeof answer) {
+    if (is_gone(link) || send_patiently(link->calls, &message) < 0 ||
+        receive_patiently(link->calls, &answer, sizeof answer) != (ssize_t)sizeof answer) {
         answer = -ENODEV;
+        (void)shutdown(link->calls, SHUT_RDWR);  // a late answer must not be taken for that of the next call
     }
     (void)pthread_mutex_unlock(&link->call_mutex);
     return answer >= 0 ? answer : fail(-answer);

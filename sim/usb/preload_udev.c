@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -296,13 +297,9 @@ PAL_PRELOAD_EXPORT int udev_monitor_enable_receiving(struct udev_monitor* monito
 PAL_PRELOAD_EXPORT int udev_monitor_get_fd(struct udev_monitor* monitor);
 PAL_PRELOAD_EXPORT struct udev_device* udev_monitor_receive_device(struct udev_monitor* monitor);
 
-/// A descriptor that never becomes readable: one end of a pair whose other end only this process could write
-/// to.
+/// A descriptor that never becomes readable.
 static int silent_fd(void) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return -1;
-    // The write end stays open on purpose: without it the read end would tell of its loss for ever.
-    return ends[0];
+    return eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);  // nobody adds to it
 }
 
 struct udev_monitor* udev_monitor_new_from_netlink(struct udev* udev, const char* name) {

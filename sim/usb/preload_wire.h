@@ -21,7 +21,7 @@ typedef struct pal_wire_hello {
 } pal_wire_hello;
 
 typedef struct pal_wire_welcome {
-    int32_t error;                         ///< 0, or errno: EBUSY too many clients, EPROTO another version
+    int32_t error;                         ///< 0, or errno: EPROTO another version
     uint16_t out_endpoints, in_endpoints;  ///< bit n: endpoint n is there
 } pal_wire_welcome;
 

@@ -135,12 +135,12 @@ static bool greet(pal_usbfs_clients* s, pal_usbfs_client* client) {
     const ssize_t n = recvmsg(client->urbs, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) return true;
     const struct cmsghdr* rights = n > 0 ? CMSG_FIRSTHDR(&message) : NULL;
-    if (!rights || rights->cmsg_type != SCM_RIGHTS || rights->cmsg_len != CMSG_LEN(2 * sizeof(int)))
-        return false;
-    int handed[2];
-    memcpy(handed, CMSG_DATA(rights), sizeof handed);
+    if (!rights || rights->cmsg_level != SOL_SOCKET || rights->cmsg_type != SCM_RIGHTS) return false;
+    int handed[2] = {-1, -1};
+    memcpy(handed, CMSG_DATA(rights), rights->cmsg_len - CMSG_LEN(0));  // one or two: there was no more room
     client->pipe = handed[0];
-    client->calls = handed[1];
+    client->calls = handed[1];  // ours from here on, also when it is not as it should be
+    if (client->calls < 0) return false;
     client->greeted = true;
     (void)fcntl(client->pipe, F_SETFL,
                 O_RDONLY | O_NONBLOCK);  // nobody else's pipe may make this process wait
@@ -165,6 +165,7 @@ static bool submit(pal_usbfs_clients* s, pal_usbfs_client* client, const pal_wir
     const bool in =
         head->endpoint == 0 ? (head->setup[0] & ENDPOINT_IN) != 0 : (head->endpoint & ENDPOINT_IN) != 0;
     if (head->n_bytes > PAL_WIRE_DATA_MAX || n_data != (in ? 0 : head->n_bytes)) return false;
+    if (client->n_urbs == PAL_USBFS_URBS_MAX) return false;
     pal_urb* urb = calloc(1, sizeof *urb + head->n_bytes);
     if (!urb) return false;
     urb->endpoint = head->endpoint;
@@ -175,10 +176,7 @@ static bool submit(pal_usbfs_clients* s, pal_usbfs_client* client, const pal_wir
     urb->tag = head->tag;
     urb->owner = client;
     if (n_data > 0) memcpy(urb->data, data, n_data);
-    if (++client->n_urbs > PAL_USBFS_URBS_MAX) {
-        reject(client, urb, -ENOMEM);
-        return true;
-    }
+    ++client->n_urbs;
     const int code = pal_host_submit(&s->bus->ports[client->port].host, urb, s->bus->now_us);
     if (code != PAL_HOST_OK) reject(client, urb, code == PAL_HOST_GONE ? PAL_HOST_GONE : -EINVAL);
     return true;
@@ -258,10 +256,13 @@ static int carry_out(pal_usbfs_clients* s, pal_usbfs_client* client, const pal_w
     }
 }
 
-void pal_usbfs_take_calls(pal_usbfs_clients* s, pal_usbfs_client* client) {
+bool pal_usbfs_take_calls(pal_usbfs_clients* s, pal_usbfs_client* client) {
     pal_wire_call call;
-    if (client->calls < 0 || recv(client->calls, &call, sizeof call, MSG_DONTWAIT) != (ssize_t)sizeof call)
-        return;
+    if (client->calls < 0) return true;
+    const ssize_t n = recv(client->calls, &call, sizeof call, MSG_DONTWAIT);
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+    if (n != (ssize_t)sizeof call) return false;
     const int32_t answer = carry_out(s, client, &call);
     (void)send(client->calls, &answer, sizeof answer, MSG_NOSIGNAL | MSG_DONTWAIT);
+    return true;
 }

@@ -7,7 +7,8 @@
 
 enum {
     PAL_USBFS_CLIENTS_MAX = 32,
-    PAL_USBFS_URBS_MAX = 1024  ///< of one client in flight; more end at once with ENOMEM
+    PAL_USBFS_URBS_MAX =
+        1024  ///< of one program, not delivered yet; the preload library has no room for more
 };
 
 typedef struct pal_usbfs_client {
@@ -27,8 +28,8 @@ typedef struct pal_usbfs_clients {
 
 /// Takes what the program sent: its hello, then URBs. False when it is gone or speaks nonsense; drop it then.
 bool pal_usbfs_take_urbs(pal_usbfs_clients* clients, pal_usbfs_client* client);
-/// Carries out a call (claim, release, ...) and answers it.
-void pal_usbfs_take_calls(pal_usbfs_clients* clients, pal_usbfs_client* client);
+/// Carries out a call (claim, release, ...) and answers it. False as above.
+bool pal_usbfs_take_calls(pal_usbfs_clients* clients, pal_usbfs_client* client);
 /// Hands ended URBs of one port to their programs.
 void pal_usbfs_reap(pal_usbfs_clients* clients, uint32_t port);
 /// Once more for what found no room before.

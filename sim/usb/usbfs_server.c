@@ -51,7 +51,10 @@ static void look_at_plugs(pal_usbfs_server* s) {
     for (uint32_t port = 0; port < s->clients.bus->n_ports; ++port) {
         const int change = pal_bus_look(s->clients.bus, port);
         if (change < 0) hide(s, port);
-        if (change > 0) (void)show(s, port);
+        if (change > 0 && !show(s, port)) {
+            (void)fprintf(stderr, "palpate-falcon-sim: %s: device %u cannot be shown again: %s\n", s->folder,
+                          (unsigned)port + 1, strerror(errno));
+        }
     }
 }
 
@@ -160,7 +163,8 @@ void pal_usbfs_serve(pal_usbfs_server* s) {
     pal_bus_advance(s->clients.bus);
     take_all_urbs(s);
     for (int i = 0; i < PAL_USBFS_CLIENTS_MAX; ++i) {
-        if (s->clients.of[i].in_use) pal_usbfs_take_calls(&s->clients, &s->clients.of[i]);
+        pal_usbfs_client* client = &s->clients.of[i];
+        if (client->in_use && !pal_usbfs_take_calls(&s->clients, client)) pal_usbfs_drop(&s->clients, client);
     }
     look_at_monitors(s);
     welcome_monitors(s);

@@ -87,7 +87,8 @@ static int open_socket(const char* path, bool listens) {
     const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;
     const struct sockaddr* where = (const struct sockaddr*)&address;
-    const bool good = listens ? bind(fd, where, sizeof address) == 0 && listen(fd, LISTEN_BACKLOG) == 0
+    const bool good = listens ? fchmod(fd, FILE_MODE) == 0 && bind(fd, where, sizeof address) == 0 &&
+                                    listen(fd, LISTEN_BACKLOG) == 0
                               : connect(fd, where, sizeof address) == 0;
     if (good) return fd;
     const int reason = errno;
@@ -101,11 +102,25 @@ int pal_tree_listen(const char* path) {
     return open_socket(path, true);
 }
 
-bool pal_tree_is_served(const char* folder) {
+/// Whether somebody listens there, even if too busy to say so.
+static bool is_alive(const char* folder, const char* name) {
     char path[PAL_TREE_PATH_BYTES];
-    const int fd = join(path, folder, "events") ? open_socket(path, false) : -1;
-    if (fd >= 0) (void)close(fd);
-    return fd >= 0;
+    if (!join(path, folder, name)) return false;
+    const int fd = open_socket(path, false);
+    if (fd < 0) return errno == EAGAIN;
+    (void)close(fd);
+    return true;
+}
+
+bool pal_tree_is_served(const char* folder) {
+    return is_alive(folder, "events");
+}
+
+/// A folder that others can write to may lead anywhere by the time it is written to.
+static bool is_private(const char* folder) {
+    struct stat found;
+    return lstat(folder, &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == geteuid() &&
+           (found.st_mode & S_IWOTH) == 0;
 }
 
 /// False when something is in the folder that is not a bus.
@@ -138,8 +153,12 @@ bool pal_tree_make(const char* folder, char* why, size_t n_why) {
         (void)snprintf(why, n_why, "%s: %s; name a bus folder that can be made", folder, strerror(errno));
         return false;
     }
+    if (!is_private(folder)) {
+        return refuse(why, n_why, folder,
+                      "must be a folder of yours that others cannot write to; name a new one");
+    }
     if (!may_use(folder)) return refuse(why, n_why, folder, "is there and is no bus folder; name a new one");
-    if (pal_tree_is_served(folder)) {
+    if (pal_tree_is_served(folder) || is_alive(folder, "control")) {  // of usbip there is only this one
         return refuse(why, n_why, folder,
                       "another simulator serves it; end that (palpate-falcon-sim quit) or name a new one");
     }

@@ -33,7 +33,8 @@ enum {
     DESCRIPTOR_INTERFACE = 4,
     ENDPOINT_IN = 0x80,
     TRANSFER_MAX = 1 << 20,
-    BACKLOG = 8
+    BACKLOG = 8,
+    PEER_BYTES_MAX = 16 << 20  // of URBs in flight and of answers that nobody fetches; as the kernel's usbfs
 };
 
 // Bytes in and out, big-endian.
@@ -165,8 +166,14 @@ static bool is_in(const pal_urb* urb) {
     return (direction & ENDPOINT_IN) != 0;
 }
 
+/// What a transfer takes here.
+static size_t bytes_of(uint32_t n_bytes) {
+    return sizeof(pal_urb) + n_bytes;
+}
+
 static bool submit(pal_usbip* s, pal_usbip_peer* peer, const uint8_t* command, uint32_t n_bytes, bool in) {
-    pal_urb* urb = calloc(1, sizeof *urb + n_bytes);
+    if (peer->n_urb_bytes + bytes_of(n_bytes) > PEER_BYTES_MAX) return false;
+    pal_urb* urb = calloc(1, bytes_of(n_bytes));
     if (!urb) return false;
     const uint32_t endpoint = get32(command + 16) & 0x0FU;
     urb->endpoint = (uint8_t)(endpoint == 0 ? 0 : endpoint | (in ? ENDPOINT_IN : 0U));
@@ -178,7 +185,10 @@ static bool submit(pal_usbip* s, pal_usbip_peer* peer, const uint8_t* command, u
     urb->owner = peer;
     if (!in && n_bytes > 0) memcpy(urb->data, command + COMMAND_BYTES, n_bytes);
     const int code = pal_host_submit(&s->bus->ports[peer->port].host, urb, s->bus->now_us);
-    if (code == PAL_HOST_OK) return true;
+    if (code == PAL_HOST_OK) {
+        peer->n_urb_bytes += bytes_of(n_bytes);
+        return true;
+    }
     const uint32_t sequence = get32(command + 4);
     free(urb);
     return answer_command(peer, RETURN_SUBMIT, sequence, code == PAL_HOST_GONE ? PAL_HOST_GONE : -EPIPE, 0);
@@ -189,10 +199,15 @@ static void reap(pal_usbip* s, uint32_t port) {
          urb = pal_host_reap(&s->bus->ports[port].host)) {
         pal_usbip_peer* peer = urb->owner;
         if (peer) {
+            peer->n_urb_bytes -= bytes_of(urb->n_bytes);
             const bool good =
+                peer->out.n < PEER_BYTES_MAX &&
                 answer_command(peer, RETURN_SUBMIT, (uint32_t)urb->tag, urb->status, urb->n_done) &&
                 (!is_in(urb) || append(&peer->out, urb->data, urb->n_done));
-            if (!good) peer->ends = true;
+            if (!good) {  // hang up, at once
+                peer->ends = true;
+                peer->out.n = 0;
+            }
         }
         free(urb);
     }
@@ -203,7 +218,10 @@ static bool unlink_urb(pal_usbip* s, pal_usbip_peer* peer, const uint8_t* comman
     reap(s, peer->port);  // what has ended already is answered before the unlink is
     pal_urb* urb = pal_host_find(host, peer, get32(command + 20));
     const bool cancelled = urb && pal_host_cancel(host, urb);
-    if (cancelled) urb->owner = NULL;  // it has no answer of its own any more
+    if (cancelled) {
+        urb->owner = NULL;  // it has no answer of its own any more
+        peer->n_urb_bytes -= bytes_of(urb->n_bytes);
+    }
     return answer_command(peer, RETURN_UNLINK, get32(command + 4), cancelled ? -ECONNRESET : 0, 0);
 }
 
@@ -263,6 +281,7 @@ static bool take(pal_usbip* s, pal_usbip_peer* peer) {
     uint8_t bytes[16384];
     const ssize_t n = recv(peer->fd, bytes, sizeof bytes, MSG_DONTWAIT);
     if (n < 0) return errno == EAGAIN || errno == EINTR;
+    if (n > 0 && peer->ends) return true;  // nobody will look at it
     if (n == 0 || !append(&peer->in, bytes, (size_t)n)) return false;
     int code = 1;
     while (code > 0) code = peer->attached ? take_command(s, peer) : take_operation(s, peer);
@@ -310,15 +329,12 @@ bool pal_usbip_open(pal_usbip* s, pal_bus* bus, const char* address, uint16_t tc
     for (int i = 0; i < PAL_USBIP_PEERS_MAX; ++i) s->peers[i].fd = -1;
     struct sockaddr_in where = {.sin_family = AF_INET, .sin_port = htons(tcp_port)};
     socklen_t n_where = sizeof where;
-    s->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (inet_pton(AF_INET, address, &where.sin_addr) != 1) {
-        (void)snprintf(why, n_why, "--listen %s: must be an IPv4 address, 127.0.0.1 or 0.0.0.0 for everybody",
-                       address);
-        return false;
-    }
     const int on = 1;
-    (void)setsockopt(s->listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (s->listener < 0 || bind(s->listener, (const struct sockaddr*)&where, sizeof where) != 0 ||
+    s->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    errno = s->listener < 0 ? errno : EADDRNOTAVAIL;
+    if (s->listener < 0 || inet_pton(AF_INET, address, &where.sin_addr) != 1 ||
+        setsockopt(s->listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
+        bind(s->listener, (const struct sockaddr*)&where, sizeof where) != 0 ||
         listen(s->listener, BACKLOG) != 0 ||
         getsockname(s->listener, (struct sockaddr*)&where, &n_where) != 0) {
         (void)snprintf(why, n_why, "TCP port %u at %s: %s; choose another with --port", (unsigned)tcp_port,

@@ -20,6 +20,7 @@ typedef struct pal_usbip_peer {
     bool attached;  ///< it has imported `port`
     bool ends;      ///< hang up when all is written
     uint32_t port;
+    size_t n_urb_bytes;  ///< of its transfers in flight
     pal_usbip_bytes in, out;
 } pal_usbip_peer;
 

@@ -1,38 +1,29 @@
 // The simulated Falcon as a process. Nothing here asserts a time: each wait ends with what it waits for.
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/sim/process.hpp"
 
 namespace {
 
 const std::string kProgram = PAL_FALCON_SIM_PROGRAM;
 const std::string kSocket = "/tmp/pal-sim-test-" + std::to_string(getpid());
 
-struct Outcome {
-    int code;
-    std::string words;
-};
-
-Outcome call(const std::string& arguments) {
-    FILE* pipe = popen((kProgram + " " + arguments + " 2>&1").c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    Outcome outcome{0, ""};
-    char buffer[512];
-    while (fgets(buffer, sizeof buffer, pipe) != nullptr) outcome.words += buffer;
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
+/// The simulator with these words, which are parted by spaces.
+usbtest::Outcome call(const std::string& arguments) {
+    std::istringstream words(arguments);
+    std::vector<std::string> argv{kProgram};
+    for (std::string word; words >> word;) argv.push_back(word);
+    return usbtest::call(argv);
 }
 
 int connect_to(const std::string& path) {
@@ -45,11 +36,12 @@ int connect_to(const std::string& path) {
     return -1;
 }
 
-class Process {
+class Served {
 public:
-    explicit Process(std::vector<std::string> arguments) {
+    explicit Served(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), {kProgram, "serve", "--socket", kSocket});
         std::vector<char*> argv;
+        argv.reserve(arguments.size() + 1);
         for (auto& argument : arguments) argv.push_back(argument.data());
         argv.push_back(nullptr);
         pid_ = fork();
@@ -63,9 +55,9 @@ public:
         }
         REQUIRE(control_ >= 0);
     }
-    Process(const Process&) = delete;
-    Process& operator=(const Process&) = delete;
-    ~Process() {
+    Served(const Served&) = delete;
+    Served& operator=(const Served&) = delete;
+    ~Served() {
         if (pid_ > 0) {
             kill(pid_, SIGKILL);
             waitpid(pid_, nullptr, 0);
@@ -106,7 +98,7 @@ bool left_behind() {
 }
 
 std::string path_file(const std::string& text) {
-    const std::string name = std::string(PAL_TEST_FOLDER) + "/path.txt";
+    std::string name = std::string(PAL_TEST_FOLDER) + "/path.txt";
     std::ofstream(name) << text;
     return name;
 }
@@ -124,7 +116,7 @@ const std::string kPush = "<IODAIODAIODABA>";  // 1000 1000 1000, homing
 }  // namespace
 
 TEST_CASE("the process answers packets, and its watchdog lets go when they stop", "[process]") {
-    Process process({"--grip", "firm", "--watchdog-ms", "30"});
+    Served process({"--grip", "firm", "--watchdog-ms", "30"});
     const int device = connect_to(kSocket);
     REQUIRE(device >= 0);
     std::string status;
@@ -153,7 +145,7 @@ TEST_CASE("the process answers packets, and its watchdog lets go when they stop"
 
 TEST_CASE("the process homes when it is asked to, then the hand follows its path", "[process]") {
     const std::string file = path_file("palpate-path 1\n0 0 0 125000\n50000 1000 -1000 125000\n");
-    Process process({"--grip", "firm", "--path", file, "--ramp-ticks", "20", "--seed", "7"});
+    Served process({"--grip", "firm", "--path", file, "--ramp-ticks", "20", "--seed", "7"});
     const int device = connect_to(kSocket);
     REQUIRE(device >= 0);
     const std::string homing = "<AAAAAAAAAAAABA>";
@@ -170,7 +162,7 @@ TEST_CASE("the process homes when it is asked to, then the hand follows its path
 }
 
 TEST_CASE("by default the path begins one second after homing", "[process]") {
-    Process process({});
+    Served process({});
     const int device = connect_to(kSocket);
     REQUIRE(device >= 0);
     const std::string homing = "<AAAAAAAAAAAABA>";
@@ -195,7 +187,7 @@ TEST_CASE("by default the path begins one second after homing", "[process]") {
 }
 
 TEST_CASE("without a hand the process homes all the same, and lets go when the path begins", "[process]") {
-    Process process({"--grip", "none", "--ramp-ticks", "300"});
+    Served process({"--grip", "none", "--ramp-ticks", "300"});
     const int device = connect_to(kSocket);
     REQUIRE(device >= 0);
     const std::string homing = "<AAAAAAAAAAAABA>";
@@ -216,7 +208,7 @@ TEST_CASE("without a hand the process homes all the same, and lets go when the p
 }
 
 TEST_CASE("a second client is hung up on while the first one stays", "[process]") {
-    Process process({});
+    Served process({});
     const int first = connect_to(kSocket);
     const int second = connect_to(kSocket);
     REQUIRE(first >= 0);
@@ -235,14 +227,14 @@ TEST_CASE("a second client is hung up on while the first one stays", "[process]"
 
 TEST_CASE("what a killed process left is replaced, what a living one serves is not", "[process]") {
     {
-        Process killed({});
+        Served killed({});
         CHECK(killed.end(SIGKILL) == -SIGKILL);
         CHECK(left_behind());
-        Process next({});
-        const Outcome rival = call("serve --socket " + kSocket);
+        Served next({});
+        const usbtest::Outcome rival = call("serve --socket " + kSocket);
         CHECK(rival.code == 3);
         CHECK(rival.words.find("another process serves it") != std::string::npos);
-        const Outcome status = call("status --socket " + kSocket);
+        const usbtest::Outcome status = call("status --socket " + kSocket);
         CHECK(status.code == 0);
         CHECK(status.words.find("\"watchdog\":") != std::string::npos);
         CHECK(call("quit --socket " + kSocket).code == 0);
@@ -273,7 +265,7 @@ TEST_CASE("a bad path is refused with its line and what would be right", "[proce
          {"palpate-path 1\n0 0 9000000 120000\n", ":2: y is 9000000 um"},
          {"palpate-path 1\n0 0 0 99999999999999999999\n", ":2: not four whole numbers"}}));
     const std::string file = path_file(bad.text);
-    const Outcome outcome = call("serve --socket " + kSocket + " --path " + file);
+    const usbtest::Outcome outcome = call("serve --socket " + kSocket + " --path " + file);
     CHECK(outcome.code == 2);
     CHECK(outcome.words.find(file + bad.words) != std::string::npos);
     CHECK(std::count(outcome.words.begin(), outcome.words.end(), '\n') == 1);
@@ -287,7 +279,7 @@ TEST_CASE("bad options are refused and help teaches", "[process]") {
         "serve --socket /tmp/x --ramp-ticks -1", "serve --socket /tmp/x --nonsense",
         "serve --socket /tmp/x more", "", "sing", "serve --socket /tmp/x --path /no/such/file");
     CHECK(call(bad).code == 2);
-    const Outcome help = call("--help");
+    const usbtest::Outcome help = call("--help");
     CHECK(help.code == 0);
     CHECK(help.words.find("Example:") != std::string::npos);
 }

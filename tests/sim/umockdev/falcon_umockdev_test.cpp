@@ -1,30 +1,19 @@
 // The device model before unmodified libusb, with umockdev between them. Nothing of sim/usb is on the path.
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <memory>
 #include <string>
 
+#include "tests/sim/process.hpp"
 #include "tests/sim/umockdev/usbfs.hpp"
 
 namespace {
 
-struct Outcome {
-    int code;
-    std::string words;
-};
+using usbtest::Outcome;
 
 /// Runs a program where umockdev's devices are the only ones.
-Outcome under_umockdev(const std::string& command) {
-    FILE* pipe = popen(("timeout 60 " PAL_UMOCKDEV_WRAPPER " " + command + " 2>&1").c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    Outcome outcome{0, ""};
-    char buffer[512];
-    while (fgets(buffer, sizeof buffer, pipe) != nullptr) outcome.words += buffer;
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
+Outcome under_umockdev(std::vector<std::string> program) {
+    program.insert(program.begin(), PAL_UMOCKDEV_WRAPPER);
+    return usbtest::call(std::move(program));
 }
 
 std::unique_ptr<pal_usb_device> device(const char* fault = "") {
@@ -46,7 +35,7 @@ std::unique_ptr<pal_usb_device> device(const char* fault = "") {
 TEST_CASE("libusb under umockdev reads the descriptors and strings of an FT232R in the Falcon's name") {
     const auto falcon = device();
     Usbfs usbfs(*falcon);
-    const Outcome outcome = under_umockdev(PAL_CLIENT_LIST);
+    const Outcome outcome = under_umockdev({PAL_CLIENT_LIST});
     CHECK(outcome.words ==
           "0403:cb48 release 0600 speed 2 product \"FALCON HAPTIC\" serial \"PALSIM01\""
           " endpoint 81 bulk 64 endpoint 02 bulk 64\n");
@@ -58,7 +47,7 @@ TEST_CASE("a plain libusb program under umockdev boots the device and has an ans
     const auto falcon = device();
     Usbfs usbfs(*falcon);
     for (uint32_t run = 1; run <= 2; ++run) {
-        const Outcome outcome = under_umockdev(PAL_CLIENT_PLAIN " 60");
+        const Outcome outcome = under_umockdev({PAL_CLIENT_PLAIN, "60"});
         CHECK(outcome.words == "plain: 60 exchanges\n");
         CHECK(outcome.code == 0);
         const pal_usb_device_truth truth = usbfs.truth();
@@ -85,7 +74,7 @@ TEST_CASE("what fails in the device fails in the program under umockdev") {
                  Case{"stall ep=out at_s=0.005", "plain: write: LIBUSB_ERROR_PIPE", false});
     const auto falcon = device(fault);
     Usbfs usbfs(*falcon);
-    const Outcome outcome = under_umockdev(PAL_CLIENT_PLAIN " 60");
+    const Outcome outcome = under_umockdev({PAL_CLIENT_PLAIN, "60"});
     INFO(fault);
     CHECK(outcome.words.rfind(words, 0) == 0);
     CHECK(outcome.code == 1);

@@ -1,6 +1,8 @@
 // Captures of the simulated bus: byte for byte, of whole runs, and read with the driver's decoder.
 #include "sim/usb/pcap.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 
@@ -153,6 +155,28 @@ TEST_CASE("data longer than a record may be are cut, and the record says so") {
     REQUIRE(text.size() == 24 + 5 * (16 + 65536));
     CHECK(text.substr(24 + 8, 8) == hex("00000100 40000100"));
     CHECK(text.substr(24 + 16 + 32, 8) == hex("00000100 C0FF0000"));
+}
+
+TEST_CASE("a capture into a pipe that nobody reads ends, and holds up nothing") {
+    const File file;
+    REQUIRE(mkfifo(file.name.c_str(), 0600) == 0);
+    const int reader = open(file.name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    REQUIRE(reader >= 0);
+    static pal_usbmon mon;
+    REQUIRE(pal_usbmon_open(&mon, file.name.c_str(), 0));
+    std::array<uint8_t, 60000> data{};
+    pal_urb urb{};
+    urb.endpoint = 0x02;
+    urb.data = data.data();
+    urb.n_bytes = data.size();
+    for (int i = 0; i < 6; ++i) {
+        urb.status = PAL_HOST_PENDING;
+        pal_usbmon_see(&mon, 2, &urb, 0);
+    }
+    CHECK(mon.failed);
+    CHECK_FALSE(pal_usbmon_close(&mon));
+    CHECK(mon.reason == EAGAIN);
+    close(reader);
 }
 
 TEST_CASE("a capture of a run has every transfer, and the driver reads every reply in it", "[process]") {

@@ -1,12 +1,7 @@
 // Unmodified programs on libusb, libftdi and pyusb see the simulated Falcon through the preload library.
-#include <sys/socket.h>
-#include <sys/un.h>
-
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
-#include "sim/usb/preload_wire.h"
 #include "tests/sim/usb/process.hpp"
 
 using Catch::Contains;
@@ -128,41 +123,6 @@ TEST_CASE("a file of faults strikes when it says, and a bad line is named", "[pr
     std::filesystem::remove(file);
 }
 
-TEST_CASE("a program that hands over a pipe that would block does not stop the simulator", "[process]") {
-    Bus bus({"--timing", "immediate"});
-    sockaddr_un where{};
-    where.sun_family = AF_UNIX;
-    (bus_folder() + "/dev/bus/usb/001/002").copy(where.sun_path, sizeof where.sun_path - 1);
-    const int node = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    REQUIRE(connect(node, reinterpret_cast<const sockaddr*>(&where), sizeof where) == 0);
-    int ends[2];
-    int calls[2];
-    REQUIRE(pipe(ends) == 0);
-    REQUIRE(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, calls) == 0);
-    pal_wire_hello hello{PAL_WIRE_VERSION};
-    iovec bytes{&hello, sizeof hello};
-    alignas(cmsghdr) char control[CMSG_SPACE(2 * sizeof(int))] = {};
-    msghdr message{};
-    message.msg_iov = &bytes;
-    message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    cmsghdr* rights = CMSG_FIRSTHDR(&message);
-    rights->cmsg_level = SOL_SOCKET;
-    rights->cmsg_type = SCM_RIGHTS;
-    rights->cmsg_len = CMSG_LEN(2 * sizeof(int));
-    const int handed[2] = {ends[0], calls[1]};
-    std::memcpy(CMSG_DATA(rights), handed, sizeof handed);
-    REQUIRE(sendmsg(node, &message, MSG_NOSIGNAL) == static_cast<ssize_t>(sizeof hello));
-    pal_wire_urb urb{};
-    urb.kind = PAL_WIRE_SUBMIT;
-    urb.setup[0] = 0x40;  // purge
-    urb.tag = 1;
-    REQUIRE(send(node, &urb, sizeof urb, MSG_NOSIGNAL) == static_cast<ssize_t>(sizeof urb));
-    CHECK_THAT(simulator({"status", "--bus", bus_folder()}).words, Contains("\"open\":1,"));
-    for (const int fd : {node, ends[0], ends[1], calls[0], calls[1]}) close(fd);
-}
-
 TEST_CASE("run leaves nothing behind, also when it is ended from outside", "[process]") {
     const std::string folder = bus_folder();
     Process outer({kProgram, "run", "--bus", folder, "--", "sh", "-c", "echo here; exec sleep 1000"});
@@ -195,19 +155,27 @@ TEST_CASE("a folder that is no bus is left alone", "[process]") {
 }
 
 TEST_CASE("bad command lines are refused with one line that says what would be right", "[process]") {
-    const auto bad =
-        GENERATE(values<std::vector<std::string>>({{"run"},
-                                                   {"run", "--devices", "9", "--", "true"},
-                                                   {"run", "--timing", "soon", "--", "true"},
-                                                   {"run", "--faults", "/no/such/file", "--", "true"},
-                                                   {"run", "--socket", "/tmp/x", "--", "true"},
-                                                   {"run", "--serial", "", "--", "true"},
-                                                   {"run", "--modem-lines", "1", "--", "true"},
-                                                   {"serve", "--usb", "--socket", "/tmp/x"},
-                                                   {"serve", "--usb", "--port", "1"},
-                                                   {"serve", "--usb", "more"},
-                                                   {"usbip", "--port", "70000"},
-                                                   {"fault"}}));
+    const auto bad = GENERATE(
+        values<std::vector<std::string>>({{"run"},
+                                          {"run", "--devices", "9", "--", "true"},
+                                          {"run", "--timing", "soon", "--", "true"},
+                                          {"run", "--faults", "/no/such/file", "--", "true"},
+                                          {"run", "--socket", "/tmp/x", "--", "true"},
+                                          {"run", "--serial", "", "--", "true"},
+                                          {"run", "--modem-lines", "1", "--", "true"},
+                                          {"run", "--scale", "0.2", "--", "true"},
+                                          {"run", "--scale", "nan", "--", "true"},
+                                          {"run", "--home-deg", "-24", "--", "true"},
+                                          {"run", "--faults", "/", "--", "true"},
+                                          {"run", "--devices", "3", "--serial", "FALCON", "--", "true"},
+                                          {"run", "--devices", "3", "--serial", "F8", "--", "true"},
+                                          {"serve", "--usb", "--socket", "/tmp/x"},
+                                          {"serve", "--usb", "--port", "1"},
+                                          {"serve", "--usb", "more"},
+                                          {"usbip", "--port", "70000"},
+                                          {"usbip", "--listen", "localhost"},
+                                          {"press", "4", "--device", "2"},
+                                          {"fault"}}));
     CAPTURE(bad);
     const Outcome refused = simulator(bad);
     CHECK(refused.code == 2);
