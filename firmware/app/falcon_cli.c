@@ -5,6 +5,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/port/linux/toml_text.h"
+
 enum { REOPEN_PAUSE_MS = 200, US_PER_MS = 1000 };
 
 // Set by signals only.
@@ -88,16 +90,23 @@ int pal_cli_tell_fault(const pal_falcon_cli* cli) {
 }
 
 void pal_cli_json_text(FILE* out, const char* text) {
+    size_t n_left = strlen(text);
     (void)fputc('"', out);
-    for (; *text != '\0'; ++text) {
+    while (n_left > 0) {
         const unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\') {
+        const size_t n_bytes = pal_utf8_character_bytes(text, n_left);
+        if (n_bytes == 0) {
+            (void)fputs("\\ufffd", out);
+        } else if (c == '"' || c == '\\') {
             (void)fprintf(out, "\\%c", c);
-        } else if (c < 0x20 || c > 0x7E) {
+        } else if (c < 0x20 || c == 0x7F) {
             (void)fprintf(out, "\\u%04x", c);
         } else {
-            (void)fputc(c, out);
+            (void)fwrite(text, n_bytes, 1, out);
         }
+        const size_t n_taken = n_bytes > 0 ? n_bytes : 1;
+        text += n_taken;
+        n_left -= n_taken;
     }
     (void)fputc('"', out);
 }
@@ -200,18 +209,30 @@ int pal_cli_boot(pal_falcon_cli* cli) {
     return state == PAL_FALCON_BOOTING ? PAL_EXIT_INTERRUPTED : PAL_EXIT_DONE;
 }
 
-int pal_cli_reopen(pal_falcon_cli* cli) {
+int pal_cli_reopen(pal_falcon_cli* cli, uint64_t until_us) {
     const struct timespec pause = {.tv_nsec = REOPEN_PAUSE_MS * US_PER_MS * 1000L};
     char why[PAL_USB_WORDS_BYTES];
+    pal_usb_problem told = PAL_USB_NONE;  // that it is not there is what is waited for
     pal_usb_falcon_close(&cli->port);
+    cli->n_told = cli->trace.n_written;
     (void)fprintf(stderr, "palpate-falcon: waiting for Falcon %s to come back; Ctrl-C ends\n", cli->serial);
     while (!pal_cli_interrupted()) {
         (void)nanosleep(&pause, NULL);
         if (pal_cli_interrupted() || !prepare(cli)) break;
+        if (pal_usb_now_us() >= until_us) {
+            (void)fprintf(stderr, "palpate-falcon: Falcon %s is not back within %g s\n", cli->serial,
+                          cli->options->seconds);
+            return PAL_EXIT_DEVICE;
+        }
         const char* serial = cli->serial[0] != '\0' ? cli->serial : NULL;
-        if (pal_usb_falcon_open(&cli->port, &cli->falcon, serial, &cli->pcap, why) != PAL_USB_OK) continue;
-        (void)fprintf(cli->words, "Falcon %s is back at %s\n", cli->serial, cli->port.link.about.node);
-        return PAL_EXIT_DONE;
+        const pal_usb_problem problem =
+            pal_usb_falcon_open(&cli->port, &cli->falcon, serial, &cli->pcap, why);
+        if (problem == PAL_USB_OK) {
+            (void)fprintf(cli->words, "Falcon %s is back at %s\n", cli->serial, cli->port.link.about.node);
+            return PAL_EXIT_DONE;
+        }
+        if (problem != told && problem != PAL_USB_NONE) (void)complain(why, PAL_EXIT_DEVICE);
+        told = problem;
     }
     return PAL_EXIT_INTERRUPTED;
 }

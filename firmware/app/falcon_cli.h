@@ -52,14 +52,15 @@ int pal_cli_open(pal_falcon_cli* cli, const pal_falcon_options* options);
 int pal_cli_boot(pal_falcon_cli* cli);
 /// One turn of at most PAL_CLI_TURN_US. The state.
 pal_falcon_state pal_cli_turn(pal_falcon_cli* cli);
-/// After a fault: closes, waits for the same device and opens it again, ready to boot. 0, or interrupted.
-int pal_cli_reopen(pal_falcon_cli* cli);
+/// After a fault: closes, waits for the same device until `until_us` (pal_usb_now_us; UINT64_MAX: for ever)
+/// and opens it again, ready to boot. 0, interrupted, or PAL_EXIT_DEVICE when the time is over.
+int pal_cli_reopen(pal_falcon_cli* cli, uint64_t until_us);
 /// Says the fault on stderr. PAL_EXIT_DEVICE.
 int pal_cli_tell_fault(const pal_falcon_cli* cli);
 /// Zero forces, closes everything. `code`, or PAL_EXIT_DEVICE when the record could not be written.
 int pal_cli_close(pal_falcon_cli* cli, int code);
 
-/// `text` as a JSON string, quotes and all.
+/// `text` as a JSON string, quotes and all; a byte that is no UTF-8 becomes U+FFFD.
 void pal_cli_json_text(FILE* out, const char* text);
 
 int pal_falcon_list(const pal_falcon_options* options);

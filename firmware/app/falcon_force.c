@@ -1,13 +1,15 @@
 // palpate-falcon force-check: the map from a force to motor words against the work that these words do.
 //
-// Truth: arm angles by the inverse kinematics in double precision (docs/PROTOCOL.md 4 has the constants),
-// their derivatives by central differences. Words m mean torques -m / K; their work along x, divided by the
-// way, is the force that the hand feels. No Jacobian is used for that, so a wrong one is found.
+// The words are the driver's own (pal_force_words). Truth: arm angles by the inverse kinematics in double
+// precision (docs/PROTOCOL.md 4 has the constants), their derivatives by central differences. Words m mean
+// torques -m / K; their work along x, divided by the way, is the force that the hand feels. No Jacobian is
+// used for that, so a wrong one is found.
 #include <math.h>
 #include <stdio.h>
 
 #include "firmware/app/falcon_cli.h"
 #include "firmware/core/delta.h"
+#include "firmware/falcon/force.h"
 
 enum { N_POSES = 8, N_FORCES = 3, AXES = 3 };
 static const double FORCE_N = 4.0;
@@ -65,6 +67,21 @@ static double fitting(const pal_delta* g, const float torque_n_m[AXES]) {
     return largest > (double)g->motor_max ? (double)g->motor_max / largest : 1.0;
 }
 
+// The words that the driver sends once its ramp is over, with motors that are cold.
+static bool words_of(const pal_delta* g, const float at_m[AXES], const float force_n[AXES],
+                     int16_t words[AXES]) {
+    const pal_force_config config = {.force_max_n = (float)FORCE_N,
+                                     .ramp_us = 0,
+                                     .rms_max_counts = (float)g->motor_max,
+                                     .rms_time_s = 1.0F,
+                                     .rms_margin = 1.0F};
+    pal_force state = {.ramped_us = 0};
+    float applied_n[AXES];
+    const uint32_t faults = pal_force_words(&config, g, &state, at_m, force_n, (float)FORCE_N, applied_n);
+    for (int i = 0; i < AXES; ++i) words[i] = state.words[i];
+    return (faults & ~(uint32_t)PAL_FORCE_SATURATED) == 0;
+}
+
 // One force at one pose: what the driver sends, what it does.
 static bool check(const pal_delta* g, const double at_m[AXES], int axis, const double rad_per_m[AXES][AXES],
                   row* out) {
@@ -72,13 +89,10 @@ static bool check(const pal_delta* g, const double at_m[AXES], int axis, const d
     float force_n[AXES] = {0.0F, 0.0F, 0.0F};
     float torque_n_m[AXES];
     force_n[axis] = (float)FORCE_N;
-    if (!pal_delta_torque(g, at, force_n, torque_n_m)) return false;
+    if (!pal_delta_torque(g, at, force_n, torque_n_m) || !words_of(g, at, force_n, out->words)) return false;
     const double share = fitting(g, torque_n_m);
     double squared = 0.0;
     double words_squared = 0.0;
-    for (int i = 0; i < AXES; ++i) {
-        out->words[i] = (int16_t)lrint(-share * (double)torque_n_m[i] * (double)g->units_per_n_m);
-    }
     for (int c = 0; c < AXES; ++c) {
         out->wanted_n[c] = share * (double)force_n[c];
         out->felt_n[c] = 0.0;
@@ -96,12 +110,12 @@ static bool check(const pal_delta* g, const double at_m[AXES], int axis, const d
     return true;
 }
 
-// The largest relative difference of the driver's Jacobian from the turns.
+// The largest difference of the driver's Jacobian from the turns, over the largest turn; 1 when it has none.
 static double jacobian_error(const pal_delta* g, const double at_m[AXES],
                              const double rad_per_m[AXES][AXES]) {
     const float at[AXES] = {(float)at_m[0], (float)at_m[1], (float)at_m[2]};
     float jacobian[AXES * AXES];
-    if (!pal_delta_jacobian(g, at, jacobian)) return (double)INFINITY;
+    if (!pal_delta_jacobian(g, at, jacobian)) return 1.0;
     double largest = 0.0;
     double worst = 0.0;
     for (int i = 0; i < AXES * AXES; ++i) {

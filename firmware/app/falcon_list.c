@@ -17,8 +17,11 @@ static const char* access_word(pal_usb_problem access) {
     return "failed";
 }
 
-static void print_json(const pal_usb_found* found, int n) {
-    (void)printf("{\"schema\": \"palpate.falcon_list/1\", \"devices\": [");
+// `words`: why there is no list; "" when there is one.
+static void print_json(const pal_usb_found* found, int n, const char* words) {
+    (void)printf("{\"schema\": \"palpate.falcon_list/1\", \"words\": ");
+    pal_cli_json_text(stdout, words);
+    (void)printf(", \"devices\": [");
     for (int i = 0; i < n; ++i) {
         char why[PAL_USB_WORDS_BYTES];
         pal_usb_explain(found[i].access, &found[i], why);
@@ -52,8 +55,10 @@ int pal_falcon_list(const pal_falcon_options* options) {
     pal_usb_found found[PAL_USB_DEVICES_MAX];
     char why[PAL_USB_WORDS_BYTES];
     const int n = pal_usb_find(found, why);
-    if (n >= 0 && options->json) print_json(found, n);
-    if (n >= 0 && !options->json) print_words(found, n);
+    if (options->json)
+        print_json(found, n, n < 0 ? why : "");
+    else
+        print_words(found, n);
     if (n == 0) {
         const pal_usb_found none = {.serial = ""};
         pal_usb_explain(PAL_USB_NONE, &none, why);

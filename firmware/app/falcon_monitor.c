@@ -11,6 +11,7 @@ typedef struct monitor {
     uint64_t line_us;      ///< of the last line
     uint32_t n_exchanges;  ///< then
     bool overwrites;       ///< a terminal: one line, again and again
+    bool ran;              ///< the device has answered once
 } monitor;
 
 static const char* state_word(pal_falcon_state state) {
@@ -59,7 +60,8 @@ static void print_words(const monitor* m, const pal_falcon_sense* s, pal_falcon_
     }
     (void)printf("  buttons %c%c%c%c  %6.1f Hz  late %u%s", (s->buttons & 1U) != 0 ? '+' : '.',
                  (s->buttons & 2U) != 0 ? '^' : '.', (s->buttons & 4U) != 0 ? 'o' : '.',
-                 (s->buttons & 8U) != 0 ? '-' : '.', rate_hz, s->n_timeouts, m->overwrites ? "   " : "\n");
+                 (s->buttons & 8U) != 0 ? '-' : '.', rate_hz, s->n_timeouts,
+                 m->overwrites ? "\033[K" : "\n");  // the rest of a longer line
 }
 
 static void line(monitor* m) {
@@ -78,16 +80,18 @@ static void line(monitor* m) {
     (void)fflush(stdout);
 }
 
-// Until a fault, the end of the time, or a signal.
+// Until a fault, the end of the time, a signal, or nobody reads any more.
 static int watch(monitor* m, uint64_t until_us) {
     const int code = pal_cli_boot(m->cli);
     if (code != PAL_EXIT_DONE) return code;
+    m->ran = true;
     m->line_us = pal_usb_now_us();
     m->n_exchanges = 0;
     while (!pal_cli_interrupted()) {
         if (pal_usb_now_us() >= until_us) return PAL_EXIT_DONE;
         if (pal_cli_turn(m->cli) == PAL_FALCON_FAULT) return pal_cli_tell_fault(m->cli);
         line(m);
+        if (ferror(stdout) != 0) return PAL_EXIT_DONE;  // main says so
     }
     return PAL_EXIT_INTERRUPTED;
 }
@@ -98,9 +102,10 @@ int pal_falcon_monitor(pal_falcon_cli* cli) {
     const uint64_t until_us = seconds > 0.0 ? pal_usb_now_us() + (uint64_t)(1e6 * seconds) : UINT64_MAX;
     int code = watch(&m, until_us);
     // A device that once ran is waited for; one that never did is a matter for the user.
-    while (code == PAL_EXIT_DEVICE && cli->falcon.failed_stage >= PAL_STAGE_FIRST_REPLY) {
-        code = pal_cli_reopen(cli);
-        if (code == PAL_EXIT_DONE) code = watch(&m, until_us);
+    while (code == PAL_EXIT_DEVICE && m.ran) {
+        code = pal_cli_reopen(cli, until_us);
+        if (code != PAL_EXIT_DONE) break;
+        code = watch(&m, until_us);
     }
     if (m.overwrites) (void)putchar('\n');
     return code;

@@ -158,7 +158,9 @@ bool pal_falcon_options_read(int argc, char** argv, pal_falcon_options* options,
     }
     for (int i = 2; i < argc && options->command != PAL_COMMAND_HELP; ++i) {
         if (take_word(options, argv[i])) continue;
-        if (argv[i][0] != '-') return refuse(complaint, "argument", argv[i], "unknown");
+        if (argv[i][0] != '-')
+            return refuse(complaint, "argument", argv[i],
+                          "unknown; after the command come options, which begin with -");
         if (i + 1 >= argc)
             return refuse(complaint, argv[i], "", "a value is missing, or the option is unknown");
         if (!take_value(options, argv[i], argv[i + 1], complaint)) return false;

@@ -29,32 +29,34 @@ static void note_interval(rate* r) {
     r->last_us = r->now.time_us;
 }
 
-// The time that a share `q` of the intervals does not exceed, to BIN_US.
-static uint32_t quantile_us(const rate* r, double q) {
+// The time that a share `q` of the intervals does not exceed, to BIN_US; the longest one when it lies in the
+// last bin.
+static unsigned long long quantile_us(const rate* r, double q) {
     const double wanted = q * (double)r->n_intervals;
     double passed = 0.0;
-    for (uint32_t i = 0; i < N_BINS; ++i) {
+    for (uint32_t i = 0; i < N_BINS - 1; ++i) {
         passed += (double)r->bins[i];
-        if (passed >= wanted) return (i + 1) * BIN_US;
+        if (passed >= wanted) return (i + 1ULL) * BIN_US;
     }
-    return N_BINS * BIN_US;
+    return r->longest_us;
 }
 
 typedef struct verdict {
     double seconds, rate_hz, success;
     uint32_t n_requests, n_replies, n_timeouts, n_unasked;
+    bool device_failed;  ///< on the way
     bool good;
 } verdict;
 
-static verdict judge(const rate* r, const pal_falcon_options* options) {
-    verdict v = {.seconds = (double)(r->last_us - r->begun_us) * 1e-6};
+static verdict judge(const rate* r, const pal_falcon_options* options, bool device_failed) {
+    verdict v = {.seconds = (double)(r->last_us - r->begun_us) * 1e-6, .device_failed = device_failed};
     v.n_replies = r->now.n_exchanges - r->begun.n_exchanges;
     v.n_timeouts = r->now.n_timeouts - r->begun.n_timeouts;
     v.n_unasked = r->now.n_unasked - r->begun.n_unasked;
     v.n_requests = v.n_replies + v.n_timeouts;
     v.rate_hz = v.seconds > 0.0 ? (double)v.n_replies / v.seconds : 0.0;
     v.success = v.n_requests > 0 ? (double)v.n_replies / (double)v.n_requests : 0.0;
-    v.good = v.success >= SUCCESS_MIN && v.rate_hz >= options->rate_min_hz;
+    v.good = !device_failed && v.success >= SUCCESS_MIN && v.rate_hz >= options->rate_min_hz;
     return v;
 }
 
@@ -77,12 +79,15 @@ static void print_words(const rate* r, const verdict* v, const pal_falcon_option
     (void)printf("%u requests in %.2f s: %u replies (%.3f %%), %u without a reply, %u replies too many\n",
                  v->n_requests, v->seconds, v->n_replies, 100.0 * v->success, v->n_timeouts, v->n_unasked);
     (void)printf(
-        "%.1f exchanges a second; from reply to reply: median %u us, 99 %% within %u us, longest %llu us\n",
+        "%.1f exchanges a second; from reply to reply: median %llu us, 99 %% within %llu us, longest %llu "
+        "us\n",
         v->rate_hz, quantile_us(r, 0.5), quantile_us(r, 0.99), (unsigned long long)r->longest_us);
     print_histogram(r);
     if (v->good) {
         (void)printf("good: at least %.1f %% of the requests answered, at least %g exchanges a second\n",
                      100.0 * SUCCESS_MIN, options->rate_min_hz);
+    } else if (v->device_failed) {
+        (void)printf("bad: the device failed on the way\n");
     } else if (v->success < SUCCESS_MIN) {
         (void)printf("bad: too many requests without a reply. Use another cable or port, without a hub.\n");
     } else {
@@ -100,9 +105,10 @@ static void print_json(const pal_falcon_cli* cli, const rate* r, const verdict* 
                  v->good ? "true" : "false", v->seconds, v->rate_hz, v->success);
     (void)printf(" \"n_requests\": %u, \"n_replies\": %u, \"n_timeouts\": %u, \"n_unasked\": %u,",
                  v->n_requests, v->n_replies, v->n_timeouts, v->n_unasked);
-    (void)printf(" \"interval_us\": {\"p50\": %u, \"p90\": %u, \"p99\": %u, \"p999\": %u, \"max\": %llu},",
-                 quantile_us(r, 0.5), quantile_us(r, 0.9), quantile_us(r, 0.99), quantile_us(r, 0.999),
-                 (unsigned long long)r->longest_us);
+    (void)printf(
+        " \"interval_us\": {\"p50\": %llu, \"p90\": %llu, \"p99\": %llu, \"p999\": %llu, \"max\": %llu},",
+        quantile_us(r, 0.5), quantile_us(r, 0.9), quantile_us(r, 0.99), quantile_us(r, 0.999),
+        (unsigned long long)r->longest_us);
     (void)printf(" \"bin_us\": %d, \"bins\": [", BIN_US);
     uint32_t n_bins = N_BINS;
     while (n_bins > 1 && r->bins[n_bins - 1] == 0) n_bins -= 1U;
@@ -133,8 +139,12 @@ int pal_falcon_rate(pal_falcon_cli* cli) {
     memset(&r, 0, sizeof r);
     int code = pal_cli_boot(cli);
     if (code == PAL_EXIT_DONE) code = measure(cli, &r);
-    if (r.n_intervals == 0) return code == PAL_EXIT_DONE ? PAL_EXIT_VERDICT : code;
-    const verdict v = judge(&r, cli->options);
+    if (r.n_intervals == 0 && code == PAL_EXIT_DONE) {
+        (void)fprintf(stderr, "palpate-falcon: nothing was measured; give more --seconds\n");
+        return PAL_EXIT_VERDICT;
+    }
+    if (r.n_intervals == 0) return code;
+    const verdict v = judge(&r, cli->options, code == PAL_EXIT_DEVICE);
     if (cli->options->json) {
         print_json(cli, &r, &v);
     } else {

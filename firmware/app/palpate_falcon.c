@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
     pal_falcon_options options;
     if (!pal_falcon_options_read(argc, argv, &options, stderr)) return PAL_EXIT_ARGUMENTS;
     const int code = run(&options);
-    if (fflush(stdout) != 0 && code == PAL_EXIT_DONE) {
+    if ((fflush(stdout) != 0 || ferror(stdout) != 0) && code == PAL_EXIT_DONE) {
         (void)fputs("palpate-falcon: stdout cannot be written\n", stderr);
         return PAL_EXIT_VERDICT;
     }

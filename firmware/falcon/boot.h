@@ -64,7 +64,7 @@ typedef struct pal_boot {
     uint64_t deadline_us;
 } pal_boot;
 
-/// Starts over. `config` must have passed pal_falcon_init's checks.
+/// Starts over. `config` must have passed pal_falcon_config_check.
 void pal_boot_start(pal_boot* boot, const pal_boot_config* config);
 /// Next step until stage is FIRST_REPLY or FAILED; IDLE then.
 pal_usb_step pal_boot_next(pal_boot* boot, uint64_t now_us);

@@ -16,7 +16,7 @@ pal_falcon_config pal_falcon_config_default(void) {
         .n_stop_packets = 5,
         .drive_ttl_us = 50000,
         .button_hold_us = 10000,
-        .pose = {.start_m = {0.0F, 0.0F, 0.11F}, .jump_max_counts = 300, .velocity_cutoff_hz = 50.0F},
+        .pose = {.start_m = {0.0F, 0.0F, 0.11F}, .jump_max_counts_per_ms = 300, .velocity_cutoff_hz = 50.0F},
         .needs_homing = true,
         .keep_homing_bit = true,
         .trace = NULL,
@@ -58,7 +58,7 @@ static bool config_ok(const pal_falcon_config* c) {
     if (!(c->n_stop_packets >= STOP_PACKETS_MIN && c->n_stop_packets <= TIMES_MAX)) return false;
     if (c->trace != NULL && (c->trace->records == NULL || c->trace->n_records == 0)) return false;
     const pal_pose_config* pose = &c->pose;
-    return pose->jump_max_counts > 0 && pose->velocity_cutoff_hz > 0.0F &&
+    return pose->jump_max_counts_per_ms > 0 && pose->velocity_cutoff_hz > 0.0F &&
            pose->velocity_cutoff_hz <= 1000.0F;
 }
 

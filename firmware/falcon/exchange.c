@@ -70,7 +70,7 @@ bool pal_exchange_feed(pal_exchange* x, const uint8_t* bytes, size_t n_bytes, pa
         if (pal_packet_decode(x->reader.bytes, reply))
             n_whole += 1U;
         else
-            x->n_malformed += 1U;
+            x->reader.n_skipped_bytes += PAL_WIRE_BYTES;
     }
     if (n_whole == 0) return false;
     const uint32_t n_asked = asked ? 1U : 0U;

@@ -36,8 +36,7 @@ typedef struct pal_exchange {
     uint64_t due_us;                 ///< of the next request
     uint32_t n_silent;               ///< time-outs since the last reply
     uint32_t n_requests, n_replies, n_timeouts;
-    uint32_t n_unasked;    ///< whole replies that nobody waited for
-    uint32_t n_malformed;  ///< 16 bytes from '<' to '>' that are no reply
+    uint32_t n_unasked;  ///< whole replies that nobody waited for
 } pal_exchange;
 
 /// The step, or `*wants_request` = true: then build a request and call pal_exchange_send.

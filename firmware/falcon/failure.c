@@ -35,31 +35,25 @@ const char* pal_failure_words(pal_falcon_failure failure) {
                    "in, take it out for five seconds and start again.";
         case PAL_FAIL_NO_AUTOBAUD:
             return "The Falcon answers but its boot loader does not start. Take its power supply out for "
-                   "five "
-                   "seconds and start again.";
+                   "five seconds and start again.";
         case PAL_FAIL_ECHO_WRONG:
             return "The firmware arrived damaged. Use a shorter USB cable or another port without a hub and "
                    "start again.";
         case PAL_FAIL_ECHO_TIMEOUT:
             return "The upload of the firmware stopped half-way. Check the USB cable and the power supply "
-                   "and "
-                   "start again.";
+                   "and start again.";
         case PAL_FAIL_NO_REPLY:
             return "The firmware is loaded but does not answer. Check that the file is firmware for the "
-                   "Novint "
-                   "Falcon, take the power supply out for five seconds and start again.";
+                   "Novint Falcon, take the power supply out for five seconds and start again.";
         case PAL_FAIL_NO_FIRMWARE:
             return "No firmware runs in the Falcon and loading was not allowed. Start again with the "
-                   "firmware "
-                   "file and without the option that forbids loading.";
+                   "firmware file and without the option that forbids loading.";
         case PAL_FAIL_TRANSFER:
-            return "The USB connection failed while booting. Check the cable, try another port and start "
-                   "again.";
+            return "A transfer over USB failed. Check the cable, try another port and start again.";
         case PAL_FAIL_SILENT:
-            return "The Falcon stopped answering, forces are off. Check its power supply and cable and start "
-                   "again.";
+            return "The Falcon stopped answering, forces are off. Check its power supply and its cable.";
         case PAL_FAIL_UNPLUGGED:
-            return "The Falcon was unplugged. Plug its USB cable in and start again.";
+            return "The Falcon was unplugged. Plug its USB cable in again.";
     }
     return "";
 }

@@ -44,7 +44,7 @@ static void note(pal_falcon* f, uint32_t faults) {
     f->faults_seen |= faults;
 }
 
-// No force until a good reply has come and a force was given after it.
+// No force until a reply has come and a force was given after it.
 static void let_go(pal_falcon* f) {
     f->driven = false;
     f->hold_zero = true;
@@ -124,15 +124,19 @@ static pal_usb_step send_request(pal_falcon* f, const pal_exchange_config* excha
     return pal_exchange_send(exchange, &f->exchange, f->now_us, &out);
 }
 
+// So many in vain are too many.
+static uint32_t n_first_max(const pal_falcon* f) {
+    return f->boot.probing ? 1U : f->config.boot.n_first;
+}
+
 // Zero-force requests after the upload, or the one probe.
 static pal_usb_step first_reply_step(pal_falcon* f) {
     const pal_boot_config* boot = &f->config.boot;
-    const uint32_t n_max = f->boot.probing ? 1U : boot->n_first;
     pal_exchange_config exchange = f->config.exchange;
     exchange.reply_wait_us = f->boot.probing ? boot->probe_wait_us : boot->first_wait_us;
     bool wants = false;
     const pal_usb_step step = pal_exchange_next(&exchange, &f->exchange, f->now_us, &wants);
-    if (f->exchange.n_silent < n_max) return wants ? send_request(f, &exchange) : step;
+    if (f->exchange.n_silent < n_first_max(f)) return wants ? send_request(f, &exchange) : step;
     pal_boot_fail(&f->boot, PAL_FAIL_NO_REPLY);
     return pal_boot_next(&f->boot, f->now_us);
 }
@@ -177,19 +181,28 @@ pal_usb_step pal_falcon_next(pal_falcon* f, uint64_t now_us) {
     return step;
 }
 
+// A port that cannot transfer is not a device that does not answer.
+static void fail_boot_transfer(pal_falcon* f) {
+    if (f->boot.stage == PAL_STAGE_FIRST_REPLY) {
+        pal_exchange_broken(&f->exchange);
+        if (f->exchange.n_silent < n_first_max(f)) return;
+    }
+    pal_boot_fail(&f->boot, PAL_FAIL_TRANSFER);
+    if (f->boot.stage == PAL_STAGE_FAILED) fail(f, f->boot.failure, f->boot.failed_stage, false);
+}
+
 void pal_falcon_transfer_failed(pal_falcon* f, bool gone, uint64_t now_us) {
     tell(f, now_us);
     if (f->state == PAL_FALCON_CLOSED || f->state == PAL_FALCON_FAULT) {
         f->n_stop_sent = f->config.n_stop_packets;  // nothing can be sent: give up
     } else if (gone) {
         fail(f, PAL_FAIL_UNPLUGGED, stage_of(f), false);
-    } else if (f->state == PAL_FALCON_BOOTING && f->boot.stage != PAL_STAGE_FIRST_REPLY) {
-        pal_boot_fail(&f->boot, PAL_FAIL_TRANSFER);
-        if (f->boot.stage == PAL_STAGE_FAILED) fail(f, f->boot.failure, f->boot.failed_stage, false);
+    } else if (f->state == PAL_FALCON_BOOTING) {
+        fail_boot_transfer(f);
     } else {
         const uint32_t n_timeouts = f->exchange.n_timeouts;
         pal_exchange_broken(&f->exchange);
-        if (f->state != PAL_FALCON_BOOTING) check_silence(f, n_timeouts);
+        check_silence(f, n_timeouts);
         if (f->state == PAL_FALCON_STOPPING && f->exchange.n_silent >= f->config.n_silent_max) {
             fail(f, PAL_FAIL_TRANSFER, PAL_STAGE_STOPPING, false);
         }

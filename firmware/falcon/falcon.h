@@ -51,7 +51,7 @@ enum {
     PAL_FALCON_JUMP = PAL_POSE_JUMP,  ///< an encoder moved further than an arm can: zero force, start ramp
     PAL_FALCON_HOME_LOST = 1 << 8,    ///< homed flags went while the homing bit is on: back to HOMING
     PAL_FALCON_DRIVE_STALE = 1 << 9,  ///< the caller gave no force for drive_ttl_us: zero force, start ramp
-    PAL_FALCON_LINE = 1 << 10         ///< the bridge reported an overrun, framing or FIFO error
+    PAL_FALCON_LINE = 1 << 10         ///< the bridge reported one of PAL_FTDI_LINE_ERRORS
 };
 
 typedef struct pal_falcon_config {
@@ -89,7 +89,7 @@ typedef struct pal_falcon {
     int16_t wanted_counts[3], encoder_counts[3];
     bool wants_counts;  ///< wanted_counts is meant, not wanted_n
     bool driven;        ///< there is a force that may be used
-    bool hold_zero;     ///< until the next good reply
+    bool hold_zero;     ///< until the next reply
     bool asked_homing;  ///< in the request that is out
     uint8_t wanted_leds, homed_flags;
     uint32_t n_stop_sent;
@@ -146,7 +146,7 @@ typedef struct pal_falcon_sense {
     uint32_t n_exchanges;       ///< replies so far: changes when there is something new
     uint32_t n_timeouts;        ///< requests without a reply
     uint32_t n_unasked;         ///< replies without a request
-    uint32_t n_skipped_bytes;   ///< bytes that belonged to no packet
+    uint32_t n_skipped_bytes;   ///< bytes that belonged to no reply
     uint32_t faults;            ///< PAL_FALCON_* of the last exchange
     uint32_t faults_seen;       ///< and all since the start
 } pal_falcon_sense;

@@ -40,7 +40,8 @@ typedef struct pal_force {
 
 /// Back to the foot of the ramp. Motors stay as warm as they are.
 void pal_force_restart(pal_force* state);
-/// Heat for `dt_us` with the words sent last. Call once before each pal_force_words or pal_force_hold_zero.
+/// Heat for `dt_us` with the words sent last, and time on the ramp. Call once before each pal_force_words,
+/// pal_force_counts or pal_force_zero that is sent.
 void pal_force_elapse(const pal_force_config* config, pal_force* state, uint32_t dt_us);
 /// Words for `force_n` (N, on the hand, device frame) at `at_m`; `limit_n` is clamped to force_max_n and NaN
 /// there is a fault. `applied_n`: what the words stand for before rounding. Returns PAL_FORCE_*.

@@ -31,7 +31,7 @@ typedef struct pal_usb_step {
     uint8_t request;       ///< CONTROL: bRequest
     uint16_t value;        ///< CONTROL: wValue
     uint16_t index;        ///< CONTROL: wIndex
-    const uint8_t* bytes;  ///< WRITE: valid until the next call that gave this step
+    const uint8_t* bytes;  ///< WRITE: valid until the next step is asked for
     size_t n_bytes;        ///< WRITE: 1 to 62
     uint32_t wake_us;      ///< IDLE: ask again after at most this long, counted from now
 } pal_usb_step;
@@ -77,7 +77,8 @@ enum {
     PAL_FTDI_FRAMING = 0x08,
     PAL_FTDI_BREAK = 0x10,
     PAL_FTDI_FIFO = 0x80,
-    PAL_FTDI_LINE_ERRORS = 0x9E
+    PAL_FTDI_LINE_ERRORS =
+        PAL_FTDI_OVERRUN | PAL_FTDI_PARITY | PAL_FTDI_FRAMING | PAL_FTDI_BREAK | PAL_FTDI_FIFO
 };
 
 /// One packet without its status bytes.

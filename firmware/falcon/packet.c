@@ -34,12 +34,22 @@ static bool get_word(const uint8_t* at, int16_t* value) {
     return true;
 }
 
-void pal_packet_encode(const pal_wire_request* request, uint8_t packet[PAL_WIRE_BYTES]) {
+static void encode(const int16_t words[3], uint32_t flags, uint8_t packet[PAL_WIRE_BYTES]) {
     packet[0] = OPEN;
-    for (int i = 0; i < 3; ++i) put_word(request->motor_counts[i], packet + 1 + DIGITS_PER_WORD * i);
-    packet[FLAGS_AT] = coded(request->flags & (uint32_t)REQUEST_FLAGS);
+    for (int i = 0; i < 3; ++i) put_word(words[i], packet + 1 + DIGITS_PER_WORD * i);
+    packet[FLAGS_AT] = coded(flags);
     packet[UNKNOWN_AT] = coded(0);
     packet[CLOSE_AT] = CLOSE;
+}
+
+void pal_packet_encode(const pal_wire_request* request, uint8_t packet[PAL_WIRE_BYTES]) {
+    encode(request->motor_counts, request->flags & (uint32_t)REQUEST_FLAGS, packet);
+}
+
+void pal_packet_encode_reply(const pal_wire_reply* reply, uint8_t packet[PAL_WIRE_BYTES]) {
+    const uint32_t homed = (uint32_t)reply->homed << HOMED_SHIFT;
+    encode(reply->encoder_counts, ((reply->buttons & (uint32_t)BUTTONS_MASK) | homed) & (uint32_t)FLAGS_MAX,
+           packet);
 }
 
 bool pal_packet_decode(const uint8_t packet[PAL_WIRE_BYTES], pal_wire_reply* reply) {

@@ -25,6 +25,8 @@ typedef struct pal_wire_reply {
 } pal_wire_reply;
 
 void pal_packet_encode(const pal_wire_request* request, uint8_t packet[PAL_WIRE_BYTES]);
+/// What a device would have sent; bits beyond the four buttons and three arms are left out.
+void pal_packet_encode_reply(const pal_wire_reply* reply, uint8_t packet[PAL_WIRE_BYTES]);
 /// False, `reply` untouched, when the bytes are no reply.
 bool pal_packet_decode(const uint8_t packet[PAL_WIRE_BYTES], pal_wire_reply* reply);
 

@@ -9,7 +9,7 @@ static bool jumped(const pal_pose_config* config, const pal_pose* pose, const in
     if (!pose->has_counts) return false;
     uint32_t gap_ms = 1U + dt_us / US_PER_MS;
     if (gap_ms > GAP_MAX_MS) gap_ms = GAP_MAX_MS;
-    const int32_t allowed = (int32_t)gap_ms * config->jump_max_counts;
+    const int32_t allowed = (int32_t)gap_ms * config->jump_max_counts_per_ms;
     for (int i = 0; i < 3; ++i) {
         const int32_t moved = (int32_t)counts[i] - pose->counts[i];
         if (moved > allowed || moved < -allowed) return true;

@@ -9,8 +9,7 @@
 extern "C" {
 #endif
 
-/// The trace of everything that went over the wire, in memory of the caller: read it whenever, save it or
-/// not.
+/// What a record is, and which of its members have a meaning.
 typedef enum pal_falcon_trace_kind {
     PAL_TRACE_CONTROL = 1,  ///< request, value, index
     PAL_TRACE_WRITE,        ///< bytes

@@ -37,8 +37,9 @@ static void put_of(text* t, const char* what, uint32_t number, uint32_t total) {
     put_number(t, total);
 }
 
+// Attempt and rate mean something: there is an image, and the stage belongs to its upload.
 static bool in_upload(const pal_falcon_status* now) {
-    return now->at_stage >= PAL_STAGE_ASK && now->at_stage <= PAL_STAGE_FIRST_REPLY;
+    return now->n_image_bytes > 0 && now->at_stage >= PAL_STAGE_ASK && now->at_stage <= PAL_STAGE_FIRST_REPLY;
 }
 
 size_t pal_falcon_describe(const pal_falcon* f, char* out, size_t n_bytes) {

@@ -276,6 +276,24 @@ TEST_CASE("a failed transfer at any step costs one attempt, an unplugged device 
     }
 }
 
+TEST_CASE("transfers that fail after the upload are named so, and not a fault of the firmware") {
+    Session s;
+    pal_falcon_config config = once(s.device.image);
+    const bool probes = GENERATE(false, true);
+    if (probes) config.boot.reload = PAL_RELOAD_NEVER;
+    REQUIRE(s.start(config) == PAL_FALCON_OK);
+    REQUIRE(s.run([&] { return s.falcon.boot.stage == PAL_STAGE_FIRST_REPLY; }));
+    s.device.waiting().clear();
+    for (int k = 0; k < 100 && s.falcon.state == PAL_FALCON_BOOTING; ++k) {
+        const pal_usb_step step = pal_falcon_next(&s.falcon, ++s.now_us);
+        if (step.kind == PAL_USB_WRITE) pal_falcon_transfer_failed(&s.falcon, false, s.now_us);
+        if (step.kind == PAL_USB_IDLE) s.now_us += step.wake_us;
+    }
+    CHECK(s.falcon.state == PAL_FALCON_FAULT);
+    CHECK(s.status().failure == PAL_FAIL_TRANSFER);
+    CHECK(s.status().at_stage == PAL_STAGE_FIRST_REPLY);
+}
+
 TEST_CASE("an image that is no boot container is refused before a byte is sent") {
     Session s;
     Bytes bad = container(10);

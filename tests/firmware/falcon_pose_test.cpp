@@ -158,9 +158,17 @@ TEST_CASE("packets of both ways have the bytes of the protocol's examples") {
     CHECK(reply.encoder_counts[2] == 1);
     CHECK(reply.homed == 7);
     CHECK(reply.buttons == 0);
+    Packet back{};
+    pal_packet_encode_reply(&reply, back.data());
+    CHECK(back == in);
     in[13] = 0xC0;
     REQUIRE(pal_packet_decode(in.data(), &reply));
     CHECK(reply.buttons == 15);
+    pal_packet_encode_reply(&reply, back.data());
+    CHECK(back[13] == 0xC0);
+    reply.homed = 0xFF;  // no such arms
+    pal_packet_encode_reply(&reply, back.data());
+    CHECK(back[13] == 0xC0);
     in[13] = 0xC1;
     CHECK_FALSE(pal_packet_decode(in.data(), &reply));
 }

@@ -33,6 +33,19 @@ TEST_CASE("the sentence for a person has the byte, the attempt and the rate") {
     CHECK(pal_falcon_describe(&s.falcon, nullptr, 0) == 0);
 }
 
+TEST_CASE("a device that was only asked has no attempts and no rate to tell") {
+    Session s;
+    pal_falcon_config config = pal_falcon_config_default();
+    config.boot.reload = PAL_RELOAD_NEVER;
+    REQUIRE(s.start(config) == PAL_FALCON_OK);
+    REQUIRE(s.boot());
+    std::array<char, 400> text{};
+    (void)pal_falcon_describe(&s.falcon, text.data(), text.size());
+    const std::string words = text.data();
+    CHECK(words.find("(no firmware running)") != std::string::npos);
+    CHECK(words.find("attempt") == std::string::npos);
+}
+
 TEST_CASE("every failure and stage has a name and words of its own") {
     std::vector<std::string> seen;
     for (int i = PAL_FAIL_NO_PIC; i <= PAL_FAIL_UNPLUGGED; ++i) {

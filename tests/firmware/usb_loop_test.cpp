@@ -1,67 +1,28 @@
 // palpate-loop on a Falcon on the USB, with this test as its host.
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 
-#include "common/link.h"
-#include "common/state_ring.h"
+#include "tests/firmware/loop_host.hpp"
 #include "tests/firmware/usb_bench.hpp"
 
 using namespace usbbench;
+using loophost::Host;
 using usbtest::Bus;
 using usbtest::Process;
 
 namespace {
 
-/// The host's side of a link: beats while it looks, reads all records.
-class Host {
-public:
-    Host() {
-        const int file = shm_open(name_.c_str(), O_CREAT | O_EXCL | O_RDWR, 0600);
-        REQUIRE(file >= 0);
-        REQUIRE(ftruncate(file, sizeof(pal_link)) == 0);
-        void* at = mmap(nullptr, sizeof(pal_link), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-        close(file);
-        REQUIRE(at != MAP_FAILED);
-        link_ = static_cast<pal_link*>(at);
-        pal_link_init(link_, 7);
-        pal_link_store(&link_->host.enable, 1);
-    }
-    ~Host() {
-        munmap(link_, sizeof(pal_link));
-        shm_unlink(name_.c_str());
-    }
-    Host(const Host&) = delete;
-    Host& operator=(const Host&) = delete;
-    [[nodiscard]] const std::string& name() const { return name_; }
-    [[nodiscard]] pal_link& link() { return *link_; }
-    void enable(bool on) { pal_link_store(&link_->host.enable, on ? 1 : 0); }
-    /// Until the loop's newest record is of this state; false after a limit that no healthy run reaches.
-    bool comes_to(std::uint32_t state) {
-        for (int look = 0; look < 8000; ++look) {
-            pal_link_store(&link_->host.heartbeat, ++beat_);
-            pal_tick record{};
-            while (pal_state_ring_read(&link_->ticks, &reader_, &record)) {
-                newest_ = record;
-                faults_seen_ |= record.faults;
-            }
-            if (newest_.tick != 0 && newest_.state == state) return true;
-            poll(nullptr, 0, 2);
-        }
-        return false;
-    }
-    [[nodiscard]] std::uint32_t tick() const { return newest_.tick; }
-    [[nodiscard]] std::uint32_t faults_seen() const { return faults_seen_; }
-
-private:
-    std::string name_ = "/palpate-usb-" + std::to_string(getpid());
-    pal_link* link_ = nullptr;
-    pal_state_reader reader_{};
-    pal_tick newest_{};
-    std::uint32_t beat_ = 0, faults_seen_ = 0;
-};
+/// palpate-loop on the bus' first Falcon.
+std::vector<std::string> loop_on_usb(const Host& host, const Folder& folder) {
+    return {usbtest::client("palpate-loop"),
+            "--link",
+            host.name(),
+            "--device",
+            "usb:PALSIM01",
+            "--firmware",
+            folder.firmware(),
+            "--ramp-ticks",
+            "20"};
+}
 
 }  // namespace
 
@@ -73,11 +34,10 @@ TEST_CASE(
     const Bus bus(
         {"--timing", "immediate", "--grip", "firm", "--path", folder.path(), "--ramp-ticks", "100"});
     Host host;
-    Process loop({usbtest::client("palpate-loop"), "--link", host.name(), "--device", "usb:PALSIM01",
-                  "--firmware", folder.firmware(), "--ramp-ticks", "20"},
-                 Bus::environment());
-    REQUIRE(host.comes_to(PAL_STATE_ENABLED));
-    CHECK((host.faults_seen() & PAL_FAULT_DEVICE_LOST) == 0);
+    Process loop(loop_on_usb(host, folder), Bus::environment());
+    REQUIRE(host.is_enabled());
+    // A machine that stalled the loop as long as a lost device would has stopped it as one.
+    if (host.newest().n_missed < 20) CHECK((host.faults_seen() & PAL_FAULT_DEVICE_LOST) == 0);
     CHECK(device_status()["boots"] == 1);
     fault("unplug at_s=0 for_s=0.2");
     REQUIRE(host.comes_to(PAL_STATE_FAULT));
@@ -88,14 +48,13 @@ TEST_CASE(
         const json device = device_status();
         homed = device["boots"] == 2 && device["homed"] == true;
     }
-    for (const std::uint32_t then = host.tick(); host.tick() < then + 500;) {
+    for (const std::uint32_t then = host.newest().tick; host.newest().tick < then + 500;) {
         poll(nullptr, 0, 2);
         REQUIRE(host.comes_to(PAL_STATE_FAULT));
     }
     host.enable(false);
     REQUIRE(host.comes_to(PAL_STATE_PAUSED));
-    host.enable(true);
-    REQUIRE(host.comes_to(PAL_STATE_ENABLED));
+    REQUIRE(host.is_enabled());
     pal_link_store(&host.link().host.stop, 1);
     const std::string words = loop.words();
     INFO(words);
@@ -104,6 +63,61 @@ TEST_CASE(
     CHECK(times_in(words, "Falcon PALSIM01 is back") == 1);
     CHECK(at_rest(device_status()));
     CHECK(device_status()["open"] == 0);
+}
+
+TEST_CASE("on the USB a tick's stamps are those of the transfers, in the order of what happened",
+          "[process]") {
+    const Folder folder;
+    const Bus bus({"--timing", "immediate", "--grip", "firm"});
+    Host host;
+    Process loop(loop_on_usb(host, folder), Bus::environment());
+    REQUIRE(host.is_enabled());
+    host.keep(true);
+    REQUIRE(host.until([&] { return host.kept().size() > 300; }));
+    pal_link_store(&host.link().host.stop, 1);
+    CHECK(loop.wait() == 0);
+    int n_replies = 0, n_ends = 0;
+    for (std::size_t i = 1; i < host.kept().size(); ++i) {
+        const std::uint64_t* before_ns = host.kept()[i - 1].stamp_ns;
+        const std::uint64_t* now_ns = host.kept()[i].stamp_ns;
+        CHECK(now_ns[1] == host.kept()[i].t_ns);
+        CHECK((now_ns[1] < now_ns[2] && now_ns[2] <= now_ns[3]));
+        if (now_ns[4] != 0) CHECK(now_ns[3] <= now_ns[4]);
+        CHECK(now_ns[5] >= before_ns[5]);  // ends are known in their order
+        if (now_ns[0] != 0) {
+            ++n_replies;
+            CHECK((now_ns[0] > before_ns[1] && now_ns[0] < now_ns[2]));
+        }
+        if (before_ns[4] == 0 || now_ns[5] < before_ns[4]) continue;
+        ++n_ends;  // of the request before, or already of this one
+    }
+    CHECK(n_replies > 200);
+    CHECK(n_ends > 200);
+}
+
+TEST_CASE("a killed loop's Falcon is taken over by --zero, without booting it again", "[process]") {
+    const Folder folder;
+    const Bus bus({"--timing", "immediate", "--grip", "firm", "--watchdog-ms", "60000"});
+    Host host;
+    host.offer_skin();
+    const auto zero = [] {
+        Process process({usbtest::client("palpate-loop"), "--zero", "--device", "usb:PALSIM01"},
+                        Bus::environment());
+        const std::string words = process.words();
+        return usbtest::Outcome{process.wait(), words};
+    };
+    {
+        Process loop(loop_on_usb(host, folder), Bus::environment());
+        REQUIRE(host.is_enabled());
+        loop.send(SIGKILL);
+        CHECK(loop.wait() == 128 + SIGKILL);
+    }
+    const usbtest::Outcome outcome = zero();
+    INFO(outcome.words);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.words.empty());
+    CHECK(at_rest(device_status()));
+    CHECK(device_status()["boots"] == 1);
 }
 
 TEST_CASE("palpate-loop says why a Falcon cannot be had", "[process]") {

@@ -1,5 +1,8 @@
 // palpate-falcon as people start it, with a simulated Falcon on the USB.
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "tests/firmware/usb_bench.hpp"
 
@@ -203,6 +206,95 @@ TEST_CASE("monitor goes on after an unplug: fault, boot, homing", "[process]") {
     CHECK(times_in(words, " s  first reply") == 2);
     CHECK(monitor.wait() == 130);
     CHECK(device_status()["boots"] == 2);
+}
+
+TEST_CASE("monitor waits for a Falcon that came back without its power, for no longer than it was told",
+          "[process]") {
+    const Folder folder;
+    const Bus bus({"--timing", "immediate"});
+    Process monitor(
+        {falcon(), "monitor", "--attempts", "1", "--seconds", "6", "--firmware", folder.firmware()},
+        Bus::environment());
+    REQUIRE(monitor.read_until("encoders"));
+    fault("power-out at_s=0 for_s=1000");
+    REQUIRE(monitor.read_until("Plug in its power supply"));  // once it ran, so it is looked for again ...
+    CHECK(monitor.read_until("is back at"));
+    fault("unplug at_s=0 for_s=1000");
+    CHECK(monitor.wait() == 3);  // ... until the 6 s are over
+    CHECK(times_in(monitor.words(), "not back within 6 s") == 1);
+}
+
+TEST_CASE("monitor ends when nobody reads it any more", "[process]") {
+    const Folder folder;
+    const std::string line =
+        "exec \"" + falcon() + "\" monitor --json --firmware " + folder.firmware() + " > /dev/full";
+    const Outcome outcome = usbtest::run({"--timing", "immediate"}, {"/bin/sh", "-c", line});
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.words, Contains("stdout cannot be written"));
+}
+
+TEST_CASE("a rate of a Falcon that failed on the way is no good one, and none at all is said", "[process]") {
+    const Folder folder;
+    std::ofstream(folder / "faults") << "unplug at_s=2 for_s=1000\n";
+    const Outcome failed = run_falcon(
+        {"--timing", "immediate", "--faults", folder / "faults"},
+        {"rate", "--json", "--rate-min-hz", "0", "--seconds", "20", "--firmware", folder.firmware()});
+    CHECK(failed.code == 3);
+    CHECK(document_in(failed.words)["good"] == false);
+    const Outcome none =
+        run_falcon({"--timing", "immediate"}, {"rate", "--seconds", "0", "--firmware", folder.firmware()});
+    CHECK(none.code == 1);
+    CHECK_THAT(none.words, Contains("nothing was measured"));
+}
+
+TEST_CASE("the time that half of the exchanges take is never told too short", "[process]") {
+    const Folder folder;
+    const Outcome slow =
+        run_falcon({"--timing", "immediate"}, {"rate", "--json", "--exchanges", "3", "--period-us", "150000",
+                                               "--rate-min-hz", "0", "--firmware", folder.firmware()});
+    CHECK(document_in(slow.words)["interval_us"]["p50"] >= 150000);
+}
+
+TEST_CASE("what cannot be read as a firmware file is said at once, with its place", "[process]") {
+    const Folder folder;
+    SECTION("a pipe that nobody writes to") {
+        REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+        const Outcome outcome = usbtest::call({falcon(), "firmware", "--firmware", folder / "pipe"});
+        CHECK(outcome.code == 2);
+        CHECK_THAT(outcome.words, Contains("pipe: not a file"));
+    }
+    SECTION("a folder") {
+        const Outcome outcome = usbtest::call({falcon(), "firmware", "--firmware", "/tmp"});
+        CHECK(outcome.code == 2);
+        CHECK_THAT(outcome.words, Contains("/tmp: not a file"));
+    }
+    SECTION("a file that is too long") {
+        std::ofstream(folder / "long") << std::string(70000, 'x');
+        const Outcome outcome = usbtest::call({falcon(), "firmware", "--firmware", folder / "long"});
+        CHECK(outcome.code == 2);
+        CHECK_THAT(outcome.words, Contains("far too long") && Contains("(byte 65536)"));
+    }
+}
+
+TEST_CASE("JSON keeps a path as it is, and stays JSON when the path is no UTF-8", "[process]") {
+    const Folder folder;
+    const auto path_of = [&](const std::string& name) {
+        std::filesystem::copy_file(folder.firmware(), folder / name);
+        const Outcome outcome = usbtest::call({falcon(), "firmware", "--json", "--firmware", folder / name});
+        CHECK(outcome.code == 0);
+        return document_in(outcome.words)["path"].get<std::string>();
+    };
+    CHECK(path_of("j\xC3\xBCrgen \xE5\x8A\x9B.bin") == folder / "j\xC3\xBCrgen \xE5\x8A\x9B.bin");
+    CHECK(path_of("half \xC3.bin") == folder / "half \xEF\xBF\xBD.bin");
+}
+
+TEST_CASE("zero asks more than once before it says that nobody answers", "[process]") {
+    const Folder folder;
+    const Bus bus({"--timing", "immediate", "--running"});
+    fault("drop dir=in p=1 at_s=0 for_s=0.15");
+    Process zero({falcon(), "zero"}, Bus::environment());
+    CHECK_THAT(zero.words(), Contains("has got requests of zero force"));
+    CHECK(zero.wait() == 0);
 }
 
 TEST_CASE("a command line that makes no sense is refused with what would be right", "[process]") {

@@ -141,6 +141,19 @@ TEST_CASE("a loop that is killed has its force taken away by its guard, long bef
     CHECK((times_in(program.words(), "requests of zero force") == (in_order ? 0 : 1)));
 }
 
+TEST_CASE("a loop whose guard has died ends in order all the same", "[process]") {
+    const Folder folder;
+    const Bus bus(hand(folder, "immediate"));
+    // In place of the guard a program that ends at once and reads nothing.
+    std::vector<std::string> argv = push(folder);
+    argv.emplace_back("/bin/true");
+    Process program(argv, Bus::environment());
+    REQUIRE(device_comes_to(pushes));
+    program.send(SIGTERM);
+    CHECK(program.wait() == 0);
+    CHECK(at_rest(device_status()));
+}
+
 TEST_CASE("zero takes the force away from a Falcon whose program was killed, and boots nothing",
           "[process]") {
     const Folder folder;

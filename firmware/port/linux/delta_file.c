@@ -1,16 +1,14 @@
 #include "firmware/port/linux/delta_file.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/frame.h"
+#include "firmware/port/linux/regular_file.h"
 #include "firmware/port/linux/toml_text.h"
 
 static const float RAD_PER_DEG = 0.0174532925F;  // as in nf1.c: the same product has the same bits
@@ -344,17 +342,6 @@ bool pal_delta_file_parse(const char* name, const char* text, size_t n_bytes, pa
 
 // ---- the file
 
-static FILE* open_file(const char* path) {
-    struct stat about;
-    const int file =
-        open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe without a writer must not hold us
-    if (file < 0) return NULL;
-    if (fstat(file, &about) == 0 && S_ISREG(about.st_mode)) return fdopen(file, "rb");
-    (void)close(file);
-    errno = EINVAL;
-    return NULL;
-}
-
 bool pal_delta_file_read(const char* path, pal_delta_file* out, char why[PAL_DELTA_WORDS_BYTES]) {
     char text[PAL_DELTA_FILE_BYTES_MAX + 1];
     why[0] = '\0';
@@ -365,10 +352,9 @@ bool pal_delta_file_read(const char* path, pal_delta_file* out, char why[PAL_DEL
         return true;
     }
     const reader r = {.name = path, .why = why};
-    FILE* file = open_file(path);
-    if (file == NULL)
-        return refuse(&r, 0, "%s; expected a file such as nf1.toml",
-                      errno == EINVAL ? "not a file" : strerror(errno));
+    const char* reason = "";
+    FILE* file = pal_regular_file_open(path, &reason);
+    if (file == NULL) return refuse(&r, 0, "%s; expected a file such as nf1.toml", reason);
     const size_t n_bytes = fread(text, 1, sizeof text, file);
     const bool failed = ferror(file) != 0;
     const int error = errno;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/port/linux/regular_file.h"
+
 static const char* environment(const char* name) {
     const char* value = getenv(name);
     return value != NULL && value[0] != '\0' ? value : NULL;
@@ -53,15 +55,16 @@ bool pal_firmware_read(const char* chosen, pal_firmware_file* out, char why[PAL_
     if (!pal_firmware_path(chosen, out->path)) {
         return missing("firmware file", "not named, and there is no home folder to look in", why);
     }
-    FILE* file = fopen(out->path, "rbe");
-    if (file == NULL) return missing(out->path, strerror(errno), why);
+    const char* reason = "";
+    FILE* file = pal_regular_file_open(out->path, &reason);
+    if (file == NULL) return missing(out->path, reason, why);
     out->n_bytes = fread(out->bytes, 1, sizeof out->bytes, file);
     const bool longer = out->n_bytes == sizeof out->bytes && fgetc(file) != EOF;
     const bool failed = ferror(file) != 0;
     const int error = errno;
     (void)fclose(file);
     if (failed) return missing(out->path, strerror(error), why);
-    pal_image_info info = {0, 0, 0, 0};
+    pal_image_info info = {.problem_at = PAL_IMAGE_BYTES_MAX};
     const pal_image_problem problem =
         longer ? PAL_IMAGE_LONG : pal_image_check(out->bytes, out->n_bytes, &info);
     if (problem != PAL_IMAGE_OK) {

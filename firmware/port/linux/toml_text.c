@@ -10,9 +10,9 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-// Bytes of the character at `s` in UTF-8, 0: none. No surrogates, nothing longer than needed.
-static size_t character(const unsigned char* s, size_t n) {
+size_t pal_utf8_character_bytes(const char* text, size_t n) {
     static const uint32_t SMALLEST[] = {0, 0, 0x80, 0x800, 0x10000};
+    const unsigned char* s = (const unsigned char*)text;
     const size_t length = s[0] < 0x80        ? 1
                           : s[0] >> 5U == 6  ? 2
                           : s[0] >> 4U == 14 ? 3
@@ -31,7 +31,7 @@ pal_toml_text pal_toml_check_text(const char* text, size_t n_bytes, uint32_t* li
     const unsigned char* s = (const unsigned char*)text;
     *line = 1;
     for (size_t i = 0; i < n_bytes;) {
-        const size_t n = character(s + i, n_bytes - i);
+        const size_t n = pal_utf8_character_bytes(text + i, n_bytes - i);
         *byte = s[i];
         if (n == 0) return PAL_TOML_NOT_UTF8;
         const bool line_end = s[i] == '\n' || (s[i] == '\r' && i + 1 < n_bytes && s[i + 1] == '\n');
@@ -42,7 +42,7 @@ pal_toml_text pal_toml_check_text(const char* text, size_t n_bytes, uint32_t* li
     return PAL_TOML_TEXT;
 }
 
-// Length of `digits with single _ between them`, 0: none.
+// Length of the digits at `s`, with single _ between them; 0: none.
 static size_t digits(const char* s) {
     size_t n = 0;
     while (is_digit(s[n]) || (n > 0 && s[n] == '_' && is_digit(s[n - 1]) && is_digit(s[n + 1]))) ++n;

@@ -1,4 +1,4 @@
-/// What TOML 1.0 says of text and of decimal numbers, for readers of a part of it.
+/// What TOML 1.0 says of text, which is UTF-8, and of decimal numbers, for readers of a part of it.
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
@@ -8,6 +8,10 @@ extern "C" {
 #endif
 
 enum { PAL_TOML_NUMBER_CHARS_MAX = 63 };
+
+/// Bytes of the character of UTF-8 that begins at `text`, of which `n_bytes` are there, 1 or more; 0: none
+/// begins here. No surrogates, nothing longer than needed.
+size_t pal_utf8_character_bytes(const char* text, size_t n_bytes);
 
 typedef enum pal_toml_text { PAL_TOML_TEXT = 0, PAL_TOML_NOT_UTF8, PAL_TOML_CONTROL } pal_toml_text;
 

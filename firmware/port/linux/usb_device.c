@@ -4,7 +4,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { ALL_HOMED = 7, HOMED_SHIFT = 4, FLAGS_AT = 13, FLAGS_BASE = 0x41, TURN_US = 5000 };
+enum { TURN_US = 5000 };
 
 static bool take(pal_usb_device* usb) {
     return __atomic_exchange_n(&usb->in_use, 1U, __ATOMIC_ACQUIRE) == 0;
@@ -24,14 +24,6 @@ static void count(uint32_t* counter) {
 
 // ---- the tick
 
-// The reply as it would have come: encoders, buttons and homed flags in 16 bytes.
-static void encode_reply(const pal_falcon_sense* sense, uint8_t homed, uint8_t reply[PAL_WIRE_BYTES]) {
-    pal_wire_request values = {.flags = 0};
-    for (int i = 0; i < 3; ++i) values.motor_counts[i] = sense->encoder_counts[i];
-    pal_packet_encode(&values, reply);  // the numbers stand where a request has its motor words
-    reply[FLAGS_AT] = (uint8_t)(FLAGS_BASE + sense->buttons + ((uint32_t)homed << HOMED_SHIFT));
-}
-
 static pal_device_news tell(pal_usb_device* usb, uint8_t reply[PAL_WIRE_BYTES]) {
     pal_falcon_sense sense;
     const pal_falcon_state state = pal_falcon_read(&usb->falcon, &sense);
@@ -41,8 +33,11 @@ static pal_device_news tell(pal_usb_device* usb, uint8_t reply[PAL_WIRE_BYTES]) 
     // The loop latches "homed" once: encoders of a device that homes again would be taken for positions.
     if (!ready && (state != PAL_FALCON_HOMING || usb->was_ready)) return PAL_DEVICE_NONE;
     usb->was_ready = usb->was_ready || ready;
-    const uint8_t homed = ready ? ALL_HOMED : (uint8_t)(sense.homed == ALL_HOMED ? 0 : sense.homed);
-    encode_reply(&sense, homed, reply);
+    // And it must not do so before the driver does: all three at once are told when READY only.
+    const uint8_t homing = sense.homed == PAL_HOMED_ALL ? 0 : sense.homed;
+    pal_wire_reply told = {.buttons = sense.buttons, .homed = ready ? (uint8_t)PAL_HOMED_ALL : homing};
+    for (int i = 0; i < 3; ++i) told.encoder_counts[i] = sense.encoder_counts[i];
+    pal_packet_encode_reply(&told, reply);
     return PAL_DEVICE_FRESH;
 }
 
@@ -53,6 +48,7 @@ static pal_device_news collect(void* context, uint8_t reply[PAL_WIRE_BYTES]) {
     if (!usb->lost) {
         pal_usb_falcon_collect(&usb->port);
         news = tell(usb, reply);
+        if (news == PAL_DEVICE_FRESH) usb->times.reply_ns = usb->port.came_ns;
     }
     give(usb);
     return news;
@@ -74,10 +70,16 @@ static pal_device_news send_request(void* context, const uint8_t request[PAL_WIR
                                 (uint8_t)(words.buttons & (uint32_t)PAL_WIRE_LEDS));
         (void)pal_usb_falcon_send(&usb->port);
         if (usb->falcon.exchange.n_requests != n_before) news = PAL_DEVICE_FRESH;
+        usb->times.sent_ns = usb->port.sent_ns;
+        usb->times.done_ns = usb->port.done_ns;
         usb->lost = is_lost(usb);
     }
     give(usb);
     return news;
+}
+
+static void tell_times(void* context, pal_device_times* times) {
+    *times = ((const pal_usb_device*)context)->times;
 }
 
 // ---- the thread
@@ -104,11 +106,16 @@ static bool boot(pal_usb_device* usb, const volatile sig_atomic_t* stop) {
     return state == PAL_FALCON_HOMING || state == PAL_FALCON_READY;
 }
 
-static bool reopen(pal_usb_device* usb) {
+// `*told`: what the last look found; each new reason but that the device is not there is said once.
+static bool reopen(pal_usb_device* usb, pal_usb_problem* told) {
     char why[PAL_USB_WORDS_BYTES];
     if (pal_falcon_init(&usb->falcon, &usb->config) != PAL_FALCON_OK) return false;
     const char* serial = usb->serial[0] != '\0' ? usb->serial : NULL;
-    if (pal_usb_falcon_open(&usb->port, &usb->falcon, serial, NULL, why) != PAL_USB_OK) return false;
+    const pal_usb_problem problem = pal_usb_falcon_open(&usb->port, &usb->falcon, serial, NULL, why);
+    const bool is_news = problem != *told && problem != PAL_USB_OK && problem != PAL_USB_NONE;
+    if (is_news) (void)fprintf(stderr, "palpate-loop: %s\n", why);
+    *told = problem;
+    if (problem != PAL_USB_OK) return false;
     if (boot(usb, NULL)) return true;
     if (!stopping(usb)) say_fault(usb);
     pal_usb_falcon_close(&usb->port);
@@ -117,12 +124,13 @@ static bool reopen(pal_usb_device* usb) {
 
 // The device went away: the thread keeps the lock until it is back, so that the tick sees a late device.
 static void bring_back(pal_usb_device* usb) {
+    pal_usb_problem told = PAL_USB_NONE;
     say_fault(usb);
     count(&usb->n_lost);
     pal_usb_falcon_close(&usb->port);
     while (!stopping(usb)) {
         pause_us(PAL_USB_DEVICE_REOPEN_US);
-        if (stopping(usb) || !reopen(usb)) continue;
+        if (stopping(usb) || !reopen(usb, &told)) continue;
         usb->n_taken = 0;
         usb->lost = false;
         usb->tick_us = pal_usb_now_us();
@@ -198,7 +206,7 @@ pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const pal_us
         (void)snprintf(why, PAL_FIRMWARE_WORDS_BYTES, "no thread to watch the device");
         return PAL_USB_DEVICE_FAILED;
     }
-    *device = (pal_device){.context = usb, .collect = collect, .send = send_request};
+    *device = (pal_device){.context = usb, .collect = collect, .send = send_request, .times = tell_times};
     return PAL_USB_DEVICE_OPEN;
 }
 

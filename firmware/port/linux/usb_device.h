@@ -24,6 +24,7 @@ enum {
 /// Lies still while open. What follows `in_use` belongs to whoever set it.
 typedef struct pal_usb_device {
     pthread_t thread;
+    pal_device_times times;      ///< the tick's alone
     uint32_t stop;               ///< asks the thread to end
     uint32_t in_use;             ///< try-lock of tick and thread
     uint32_t n_lost, n_resumed;  ///< how often the device went and came back
@@ -53,10 +54,9 @@ typedef struct pal_usb_device_choice {
     const float* start_m;    ///< of `delta`: where the search for the first position starts, 3
 } pal_usb_device_choice;
 
-/// Finds, opens and boots; returns when the device answers, which takes a second or
-/// so, or when all attempts have failed, or soon after `*stop` is not 0.
-/// Forces of at most `force_max_n` belong to the loop, which clamps them; here stay the start ramp,
-/// saturation and thermal limit.
+/// Finds, opens and boots; returns when the device answers, which takes a second or so, or when all attempts
+/// have failed, or soon after `*stop` is not 0. It takes motor words: the limit on a force is the loop's to
+/// keep; here stay the start ramp, saturation and thermal limit.
 pal_usb_device_open_result pal_usb_device_open(pal_usb_device* usb, const pal_usb_device_choice* choice,
                                                const volatile sig_atomic_t* stop, pal_device* device,
                                                char why[PAL_FIRMWARE_WORDS_BYTES]);

@@ -11,17 +11,18 @@ enum {
     STEP_TIMEOUT_MS = 1000,  // of one control or bulk OUT transfer
     BAD_READS_MAX = 20,      // in a row: as good as unplugged
     US_PER_S = 1000000,
+    NS_PER_S = 1000000000,
     STEPS_MAX = 16  // of one send: a bound; each is one finished transfer
 };
 
-static uint64_t clock_us(clockid_t clock) {
+static uint64_t clock_ns(clockid_t clock) {
     struct timespec now;
     clock_gettime(clock, &now);
-    return (uint64_t)now.tv_sec * US_PER_S + (uint64_t)now.tv_nsec / 1000U;
+    return (uint64_t)now.tv_sec * NS_PER_S + (uint64_t)now.tv_nsec;
 }
 
 uint64_t pal_usb_now_us(void) {
-    return clock_us(CLOCK_MONOTONIC);
+    return clock_ns(CLOCK_MONOTONIC) / 1000U;
 }
 
 // ---- the record
@@ -52,7 +53,7 @@ static void record(const pal_usb_falcon* port, const struct libusb_transfer* tra
     const int n_head_bytes = control ? LIBUSB_CONTROL_SETUP_SIZE : 0;
     const pal_pcap_record line = {
         .id = (uint64_t)(uintptr_t)transfer,
-        .time_us = clock_us(CLOCK_REALTIME),
+        .time_us = clock_ns(CLOCK_REALTIME) / 1000U,
         .event = event,
         .endpoint = transfer->endpoint,
         .bus = port->link.about.bus,
@@ -110,8 +111,10 @@ static void LIBUSB_CALL on_read(struct libusb_transfer* transfer) {
     port->n_under_way -= 1U;
     record(port, transfer, PAL_PCAP_COMPLETE);
     if (transfer->actual_length > 0) {
+        const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
         port->n_packets += 1U;
-        pal_falcon_feed(port->falcon, transfer->buffer, (size_t)transfer->actual_length, pal_usb_now_us());
+        if (transfer->actual_length > PAL_FTDI_STATUS_BYTES) port->came_ns = now_ns;
+        pal_falcon_feed(port->falcon, transfer->buffer, (size_t)transfer->actual_length, now_ns / 1000U);
     }
     if (transfer->status == LIBUSB_TRANSFER_COMPLETED) {
         port->n_bad = 0;
@@ -128,7 +131,10 @@ static void LIBUSB_CALL on_step(struct libusb_transfer* transfer) {
     record(port, transfer, PAL_PCAP_COMPLETE);
     const bool control = transfer->type == LIBUSB_TRANSFER_TYPE_CONTROL;
     const bool whole = control || transfer->actual_length == transfer->length;
-    if (transfer->status == LIBUSB_TRANSFER_COMPLETED && whole) return;
+    if (transfer->status == LIBUSB_TRANSFER_COMPLETED && whole) {
+        if (!control) port->done_ns = clock_ns(CLOCK_MONOTONIC);
+        return;
+    }
     if (transfer->status == LIBUSB_TRANSFER_NO_DEVICE) {
         lose(port);
         return;
@@ -151,6 +157,7 @@ static void begin(pal_usb_falcon* port, const pal_usb_step* step) {
                                   (int)step->n_bytes, on_step, port, STEP_TIMEOUT_MS);
     }
     port->busy = submit(port, port->step);
+    if (port->busy && step->kind == PAL_USB_WRITE) port->sent_ns = clock_ns(CLOCK_MONOTONIC);
 }
 
 // ---- events
@@ -175,7 +182,7 @@ uint32_t pal_usb_falcon_send(pal_usb_falcon* port) {
         if (step.kind == PAL_USB_WRITE && !port->busy)
             return 0;  // one request in a call, so that none is missed
     }
-    return PAL_USB_WAIT_MAX_US;
+    return port->busy || port->gone ? PAL_USB_WAIT_MAX_US : 0;
 }
 
 // libusb's own waits have whole milliseconds; the exchange's times are finer.

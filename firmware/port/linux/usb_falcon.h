@@ -34,6 +34,9 @@ typedef struct pal_usb_falcon {
     uint32_t n_bad;        ///< failed reads in a row
     uint32_t n_packets;    ///< bulk IN packets so far
     uint64_t n_submitted;
+    uint64_t came_ns;  ///< the last IN packet with more than status; CLOCK_MONOTONIC, as the next two
+    uint64_t sent_ns;  ///< the last bulk OUT transfer was handed to the system ...
+    uint64_t done_ns;  ///< ... and the last that ended well has ended
 } pal_usb_falcon;
 
 /// CLOCK_MONOTONIC in microseconds: the time of everything here.

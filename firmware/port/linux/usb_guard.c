@@ -1,10 +1,10 @@
 #include "firmware/port/linux/usb_guard.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stddef.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -33,7 +33,8 @@ bool pal_usb_guard_start(pal_usb_guard* guard, const char* program, const char* 
     int ends[2];
     pid_t process = 0;
     *guard = (pal_usb_guard){.file = -1};
-    if (pipe2(ends, O_CLOEXEC) != 0) return false;
+    // Not a pipe: the farewell to a guard that has died must not end the loop by SIGPIPE.
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return false;
     const int error = spawn(&process, program, serial, ends[0]);
     (void)close(ends[0]);
     if (error != 0) {
@@ -58,7 +59,7 @@ void pal_usb_guard_dismiss(pal_usb_guard* guard) {
     if (guard->file < 0) return;
     const char farewell = PAL_USB_GUARD_FAREWELL;
     const struct timespec pause = {.tv_nsec = 1000000};
-    (void)!write(guard->file, &farewell, 1);
+    (void)send(guard->file, &farewell, 1, MSG_NOSIGNAL);
     (void)close(guard->file);
     guard->file = -1;
     for (int ms = 0; ms < PAL_USB_GUARD_END_MS && waitpid((pid_t)guard->process, NULL, WNOHANG) == 0; ++ms) {

@@ -11,7 +11,7 @@ enum { PAL_USB_GUARD_FAREWELL = 'z', PAL_USB_GUARD_END_MS = 1000 };
 
 /// Zero-initialise, file -1, when there is none.
 typedef struct pal_usb_guard {
-    int file;  ///< its stdin: the end of this without a farewell is the end of the loop
+    int file;  ///< the other end of its stdin; closed without a farewell, it says that the loop is gone
     int process;
 } pal_usb_guard;
 

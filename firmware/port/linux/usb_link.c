@@ -133,21 +133,32 @@ static libusb_device* pick(libusb_device** list, const char* serial, pal_usb_fou
     return best;
 }
 
+// Starts libusb and lists all devices. How many; negative, with nothing started and a sentence in `why`, when
+// USB cannot be used.
+static ssize_t start(libusb_context** context, libusb_device*** list, char why[PAL_USB_WORDS_BYTES]) {
+    const int error = libusb_init(context);
+    const ssize_t n = error == 0 ? libusb_get_device_list(*context, list) : error;
+    if (n >= 0) return n;
+    (void)snprintf(why, PAL_USB_WORDS_BYTES, "USB cannot be used on this machine: %s.",
+                   libusb_strerror((int)n));
+    if (error == 0) libusb_exit(*context);
+    return n;
+}
+
 pal_usb_problem pal_usb_link_open(pal_usb_link* link, const char* serial, char why[PAL_USB_WORDS_BYTES]) {
     memset(link, 0, sizeof *link);
-    int error = libusb_init(&link->context);
     libusb_device** list = NULL;
-    const ssize_t n = error == 0 ? libusb_get_device_list(link->context, &list) : 0;
-    pal_usb_problem problem = PAL_USB_FAILED;
-    if (error == 0 && n >= 0) {
-        libusb_device* device = pick(list, serial, &link->about);
-        problem = device == NULL ? PAL_USB_NONE : pal_usb_link_claim(device, &link->handle);
-        libusb_free_device_list(list, 1);
+    if (start(&link->context, &list, why) < 0) {
+        memset(link, 0, sizeof *link);
+        return PAL_USB_FAILED;
     }
+    libusb_device* device = pick(list, serial, &link->about);
+    const pal_usb_problem problem = device == NULL ? PAL_USB_NONE : pal_usb_link_claim(device, &link->handle);
+    libusb_free_device_list(list, 1);
     if (problem == PAL_USB_OK) return PAL_USB_OK;
     if (serial != NULL) (void)snprintf(link->about.serial, sizeof link->about.serial, "%s", serial);
     pal_usb_explain(problem, &link->about, why);
-    if (error == 0) libusb_exit(link->context);
+    libusb_exit(link->context);
     memset(link, 0, sizeof *link);
     return problem;
 }
@@ -173,14 +184,8 @@ static void insert(pal_usb_found* found, int n, const pal_usb_found* one) {
 int pal_usb_find(pal_usb_found found[PAL_USB_DEVICES_MAX], char why[PAL_USB_WORDS_BYTES]) {
     libusb_context* context = NULL;
     libusb_device** list = NULL;
-    int error = libusb_init(&context);
-    const ssize_t n_all = error == 0 ? libusb_get_device_list(context, &list) : error;
-    if (n_all < 0) {
-        (void)snprintf(why, PAL_USB_WORDS_BYTES, "USB cannot be used on this machine: %s.",
-                       libusb_strerror((int)n_all));
-        if (error == 0) libusb_exit(context);
-        return -1;
-    }
+    const ssize_t n_all = start(&context, &list, why);
+    if (n_all < 0) return -1;
     int n = 0;
     for (ssize_t i = 0; i < n_all && n < PAL_USB_DEVICES_MAX; ++i) {
         pal_usb_found one;
