@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "host/app/udev_rule.hpp"
+#include "host/latency/machine.hpp"
 
 namespace palpate::app {
 namespace {
@@ -157,8 +158,7 @@ void look_at_rights(const Machine& machine, std::vector<Finding>& findings) {
 }
 
 Finding kernel(const Machine& machine) {
-    const bool rt = text_of(machine.root / "sys/kernel/realtime") == "1" ||
-                    machine.kernel.find("PREEMPT_RT") != std::string::npos;
+    const bool rt = latency::is_real_time_kernel(machine.root, machine.kernel);
     return {"kernel", rt ? Health::OK : Health::NOTE,
             rt ? "PREEMPT_RT" : "not a real-time kernel: " + machine.kernel,
             rt ? ""
@@ -166,17 +166,15 @@ Finding kernel(const Machine& machine) {
 }
 
 Finding governor(const Machine& machine) {
-    std::string slow;
-    bool seen = false;
-    for (const fs::path& cpu : entries_of(machine.root / "sys/devices/system/cpu")) {
-        const std::string word = text_of(cpu / "cpufreq/scaling_governor");
-        seen = seen || !word.empty();
-        if (!word.empty() && word != "performance") slow = cpu.filename().string() + ": " + word;
+    const std::vector<latency::Governor> all = latency::governors(machine.root);
+    const auto slow = std::find_if(all.begin(), all.end(),
+                                   [](const latency::Governor& g) { return g.name != "performance"; });
+    if (slow == all.end()) {
+        return {"CPU frequency", Health::OK,
+                all.empty() ? "not changed by Linux here" : "governor performance", ""};
     }
-    if (slow.empty()) {
-        return {"CPU frequency", Health::OK, seen ? "governor performance" : "not changed by Linux here", ""};
-    }
-    return {"CPU frequency", Health::NOTE, slow, "cpupower frequency-set -g performance"};
+    return {"CPU frequency", Health::NOTE, slow->cpu + ": " + slow->name,
+            "cpupower frequency-set -g performance"};
 }
 
 Finding timer_slack(const Machine& machine) {
