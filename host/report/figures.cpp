@@ -48,6 +48,20 @@ struct Range {
     }
 };
 
+/// How often each stop latched, and in how many ticks each fault was there, by name.
+struct Counters {
+    Json stops = Json::object(), fault_ticks = Json::object();
+    std::uint32_t stop = 0;  ///< of the tick before
+
+    void add(const pal_tick& tick) {
+        if (tick.stop != 0 && tick.stop != stop) count(stops, record::stop_word(tick.stop));
+        stop = tick.stop;
+        for (std::uint32_t left = tick.faults; left != 0; left &= left - 1)
+            count(fault_ticks, record::fault_words(left & ~(left - 1)));
+    }
+    static void count(Json& all, const std::string& word) { all[word] = all.value(word, 0) + 1; }
+};
+
 bool holds(const scene::Expect& expect, const Json& value) {
     if (!expect.number) return value.is_string() && value.get<std::string>() == expect.word;
     if (!value.is_number()) return false;
@@ -90,9 +104,11 @@ Json run_figures(const scene::World& world, std::span<const pal_tick> ticks, std
     Range force, depth, k, age;
     std::size_t n_contact = 0, n_fading = 0, n_clamped = 0, n_stale = 0;
     std::uint32_t faults = 0, stop = 0;
+    Counters counters;
     for (std::size_t i = 0; i < ticks.size(); ++i) {
         const pal_tick& tick = ticks[i];
         faults |= tick.faults;
+        counters.add(tick);
         if (tick.stop != 0) stop = tick.stop;
         n_fading += static_cast<std::size_t>(tick.before_id != 0);
         n_clamped += static_cast<std::size_t>(is_clamped(tick));
@@ -106,7 +122,9 @@ Json run_figures(const scene::World& world, std::span<const pal_tick> ticks, std
     }
     const double relative = depth.any ? depth.high / world.scene.skin.thickness_m : 0.0;
     Json figures = {{"stop", record::stop_word(stop)},
+                    {"stop_counts", counters.stops},
                     {"faults", record::fault_words(faults)},
+                    {"fault_ticks", counters.fault_ticks},
                     {"n_ticks", ticks.size()},
                     {"n_contact_ticks", n_contact},
                     {"n_fading_ticks", n_fading},
