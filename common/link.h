@@ -80,8 +80,8 @@ typedef struct pal_link_loop {
     uint32_t n_bad_tables;
     uint32_t realtime;          ///< PAL_REALTIME_* that the system granted
     uint32_t realtime_refused;  ///< PAL_REALTIME_* that it refused
-    uint32_t n_minor_faults;    ///< page faults of the tick's thread since the first tick
-    uint32_t n_major_faults;    ///< of these, with a disk access
+    uint32_t n_minor_faults;    ///< page faults of the tick's thread since the first tick, no disk access
+    uint32_t n_major_faults;    ///< the same, with a disk access
     uint32_t n_preempted;       ///< times that the tick's thread lost its processor against its will
     uint32_t reserved[6];
 } pal_link_loop;

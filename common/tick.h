@@ -28,8 +28,8 @@ typedef enum pal_fault {
     PAL_FAULT_TABLE_BAD = 1 << 6,      ///< a table was refused by its check
     PAL_FAULT_FORCE_CLAMP = 1 << 7,    ///< |force| cut to force_max_n
     PAL_FAULT_MOTOR_CLAMP = 1 << 8,    ///< motor words scaled down together
-    PAL_FAULT_LATE = 1 << 9,           ///< no fresh sample: the last force held or faded
-    PAL_FAULT_DEVICE_LOST = 1 << 10,   ///< 20 ticks without a sample: zero, latched
+    PAL_FAULT_LATE = 1 << 9,           ///< no fresh sample (the last force held or faded), or the tick was stopped in its middle
+    PAL_FAULT_DEVICE_LOST = 1 << 10,   ///< 20 ticks or missed periods without a sample: zero, latched
     PAL_FAULT_ESTOP = 1 << 11,         ///< emergency stop, latched
     PAL_FAULT_HOST_LOST = 1 << 12      ///< the host process is gone
 } pal_fault;
@@ -42,7 +42,7 @@ typedef struct pal_tick {
     uint32_t stop;             ///< the PAL_FAULT_* bit that latched the stop; 0: none
     uint64_t table_id;         ///< in use; 0: none
     uint64_t before_id;        ///< table that is being faded out; 0: none
-    uint32_t table_age_ticks;  ///< ticks since a table was last taken
+    uint32_t table_age_ticks;  ///< ticks and missed periods since a table was last taken
     float fade_weight;         ///< of table_id, 0..1; before_id has the rest
     float gain;                ///< ladder and ramp: force = gain * table force, 0..1
     uint32_t n_missed;         ///< periods missed since the start

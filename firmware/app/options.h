@@ -3,6 +3,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+
+#include "firmware/port/linux/realtime.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -14,8 +16,10 @@ typedef struct pal_loop_options {
     const char* firmware;     ///< NULL: the usual places
     const char* delta;        ///< file of geometry and gains; NULL: the built-in Falcon NF1
     bool usb;
+    bool zero;  ///< only take the force away
     float force_max_n;
     uint32_t ramp_ticks;
+    pal_realtime_choice realtime;
     bool help;
 } pal_loop_options;
 

@@ -3,25 +3,21 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/types.h>
-#include <time.h>
-#include <unistd.h>
 
+#include "firmware/app/helper.h"
 #include "firmware/app/options.h"
 #include "firmware/app/session.h"
+#include "firmware/app/warm.h"
+#include "firmware/app/zero.h"
 #include "firmware/port/linux/clock_loop.h"
 #include "firmware/port/linux/delta_file.h"
 #include "firmware/port/linux/device_socket.h"
+#include "firmware/port/linux/realtime.h"
 #include "firmware/port/linux/segment.h"
 #include "firmware/port/linux/usb_device.h"
 #include "firmware/port/linux/usb_guard.h"
 
 enum { EXIT_ASKED = 0, EXIT_BAD_ARGUMENTS = 2, EXIT_LOST = 3, EXIT_INTERRUPTED = 130 };
-enum {
-    PATH_BYTES = 4096,
-    FIFO_PRIORITY = 80,
-    HOST_LOOKS_APART = 10
-};  // the checker looks for the host every tenth round
 static const uint64_t TICK_NS = 1000000;
 
 // Set by signals only; everything else that changes lives in the session.
@@ -31,38 +27,15 @@ static void on_signal(int number) {
     signal_seen = number;
 }
 
-typedef struct helper {
-    pal_session* session;
-    uint32_t stop;  ///< the main thread asks it to end
-} helper;
-
-static bool host_process_gone(const pal_session* session) {
-    const uint32_t pid = pal_link_load(&session->link->host.pid);
-    return pid != 0 && kill((pid_t)pid, 0) != 0 && errno == ESRCH;
-}
-
-// Everything slow that must not be in the tick: table checks, signals, the look at the host's process.
-static void* run_helper(void* context) {
-    helper* self = (helper*)context;
-    const struct timespec pause = {.tv_nsec = 1000000};
-    for (uint32_t round = 0; pal_link_load(&self->stop) == 0; ++round) {
-        (void)pal_intake_check(&self->session->intake);
-        if (signal_seen != 0) pal_link_store(&self->session->asked, 1);
-        if (round % HOST_LOOKS_APART == 0 && host_process_gone(self->session)) {
-            pal_link_store(&self->session->host_gone, 1);
-        }
-        nanosleep(&pause, NULL);
-    }
-    return NULL;
-}
-
 static pal_session_end run_ticks(pal_session* session) {
     pal_clock_loop clock;
     pal_session_end end = PAL_SESSION_RUNS;
     pal_clock_loop_start(&clock, TICK_NS);
     while (end == PAL_SESSION_RUNS) {
         const uint64_t t_ns = pal_clock_loop_wait(&clock);
-        end = pal_session_tick(session, t_ns, clock.n_missed);
+        const pal_session_time now = {
+            .t_ns = t_ns, .n_missed = clock.n_missed, .wake_late_ns = clock.late_ns};
+        end = pal_session_tick(session, &now);
     }
     for (int i = 0; i < PAL_SESSION_ZERO_TICKS; ++i) {
         pal_session_send_zero(session);
@@ -79,18 +52,31 @@ static void catch_signals(void) {
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGHUP, &action, NULL);
+    // A closed terminal or pager must not end the loop in mid-force, nor Ctrl-Z freeze it there.
+    action.sa_handler = SIG_IGN;
+    sigaction(SIGPIPE, &action, NULL);
+    sigaction(SIGTSTP, &action, NULL);
+}
+
+// All but those that the tick's own mistakes raise: the helper has them.
+static void block_signals(void) {
+    static const int OWN[] = {SIGBUS, SIGSEGV, SIGFPE, SIGILL, SIGABRT, SIGTRAP};
+    sigset_t blocked;
+    sigfillset(&blocked);
+    for (size_t i = 0; i < sizeof OWN / sizeof OWN[0]; ++i) sigdelset(&blocked, OWN[i]);
+    pthread_sigmask(SIG_BLOCK, &blocked, NULL);
 }
 
 static int farewell(pal_session_end end) {
     if (end == PAL_SESSION_HOST_LOST) fputs("palpate-loop: the host is gone; force is zero\n", stderr);
     if (end == PAL_SESSION_DEVICE_GONE) fputs("palpate-loop: the device is gone\n", stderr);
+    if (end == PAL_SESSION_SEGMENT_GONE)
+        fputs("palpate-loop: the shared segment was truncated; force is zero\n", stderr);
     if (end != PAL_SESSION_ASKED) return EXIT_LOST;
     return signal_seen == SIGINT ? EXIT_INTERRUPTED : EXIT_ASKED;
 }
 
-static int run(const pal_loop_options* options, const pal_delta_file* delta, pal_link* link,
-               const pal_device* device) {
-    static pal_session session;
+static pal_loop_config config_of(const pal_loop_options* options, const pal_delta_file* delta) {
     pal_loop_config config = pal_loop_config_default();
     config.delta = &delta->delta;
     memcpy(config.centre_m, delta->centre_m, sizeof config.centre_m);
@@ -98,20 +84,32 @@ static int run(const pal_loop_options* options, const pal_delta_file* delta, pal
     config.ramp_ticks = options->ramp_ticks;
     if (options->usb)
         config.release_ticks = 0;  // after a loss of a real device only an operator lets forces in
+    return config;
+}
+
+static int run(const pal_loop_options* options, const pal_delta_file* delta, pal_link* link,
+               const pal_device* device) {
+    static pal_session session;
+    const pal_loop_config config = config_of(options, delta);
+    pal_helper helper;
+    pal_realtime_grants grants;
     pal_session_begin(&session, link, device, &config, pal_clock_now_ns);
+    pal_segment_watch(link, &session.segment_gone);
     // Before the priority is raised: the helper must not inherit it.
-    helper self = {.session = &session, .stop = 0};
-    pthread_t thread;
-    if (pthread_create(&thread, NULL, run_helper, &self) != 0) {
+    if (!pal_helper_start(&helper, &session, &signal_seen)) {
         fputs("palpate-loop: no thread for checking tables\n", stderr);
         return EXIT_LOST;
     }
-    (void)pal_clock_loop_prepare(FIFO_PRIORITY);
-    pal_link_store(&link->loop.pid, (uint32_t)getpid());
+    pal_realtime_begin(&options->realtime, &grants);
+    pal_link_store(&link->loop.realtime, grants.granted);
+    pal_link_store(&link->loop.realtime_refused, grants.refused);
+    block_signals();
+    (void)pal_warm_loop(&config);
+    pal_helper_watch_me(&helper);
     const pal_session_end end = run_ticks(&session);
+    pal_helper_stop(&helper);
     pal_session_finish(&session, end);
-    pal_link_store(&self.stop, 1);
-    pthread_join(thread, NULL);
+    pal_realtime_end(&grants);
     return farewell(end);
 }
 
@@ -131,14 +129,9 @@ static int run_socket(const pal_loop_options* options, const pal_delta_file* del
 
 // Should this process be killed, palpate-falcon beside it takes the force away.
 static void start_guard(pal_usb_guard* guard, const char* serial) {
-    static const char NAME[] = "palpate-falcon";
-    char path[PATH_BYTES];
+    char path[PAL_LOOP_PATH_BYTES];
     *guard = (pal_usb_guard){.file = -1};
-    const ssize_t n = readlink("/proc/self/exe", path, sizeof path - sizeof NAME);
-    if (n <= 0) return;
-    path[n] = '\0';
-    char* name = strrchr(path, '/') + 1;
-    memcpy(name, NAME, sizeof NAME);
+    if (!pal_loop_program_beside("palpate-falcon", path)) return;
     if (pal_usb_guard_start(guard, path, serial)) return;
     fprintf(stderr, "palpate-loop: no guard (%s: %s); carrying on without it\n", path, strerror(errno));
 }
@@ -168,28 +161,37 @@ static int run_usb(const pal_loop_options* options, const pal_delta_file* delta,
     return status;
 }
 
+static int attach(const char* name, pal_segment* segment) {
+    uint32_t holder = 0;
+    const pal_err err = pal_segment_take(name, segment, &holder);
+    if (err == PAL_OK) return 0;
+    fprintf(stderr, "palpate-loop: --link %s: %s", name, pal_segment_words(err, errno));
+    if (holder != 0) fprintf(stderr, ", process %u", holder);
+    fputc('\n', stderr);
+    return EXIT_BAD_ARGUMENTS;
+}
+
 int main(int argc, char** argv) {
     pal_loop_options options;
+    pal_realtime_prepare_process();
     if (!pal_loop_options_read(argc, argv, &options, stderr)) return EXIT_BAD_ARGUMENTS;
     if (options.help) {
         pal_loop_options_help(stdout);
         return 0;
     }
+    if (options.zero) return pal_loop_zero(&options);
     static pal_delta_file delta;
     char why[PAL_DELTA_WORDS_BYTES];
-    if (!pal_delta_file_read(options.delta, &delta, why)) {
+    if (!pal_delta_file_read(options.delta, &delta, why) || !pal_realtime_possible(&options.realtime, why)) {
         fprintf(stderr, "palpate-loop: %s\n", why);
         return EXIT_BAD_ARGUMENTS;
     }
-    pal_link* link = NULL;
-    pal_err err = pal_segment_attach(options.link_name, &link);
-    if (err != PAL_OK) {
-        fprintf(stderr, "palpate-loop: --link %s: %s%s%s\n", options.link_name, pal_err_words(err),
-                err == PAL_ERR_IO ? ": " : "", err == PAL_ERR_IO ? strerror(errno) : "");
-        return EXIT_BAD_ARGUMENTS;
-    }
+    pal_segment segment = {.link = NULL, .file = -1};
+    int status = attach(options.link_name, &segment);
+    if (status != 0) return status;
     catch_signals();
-    const int status = options.usb ? run_usb(&options, &delta, link) : run_socket(&options, &delta, link);
-    pal_segment_detach(link);
+    status =
+        options.usb ? run_usb(&options, &delta, segment.link) : run_socket(&options, &delta, segment.link);
+    pal_segment_give(&segment);
     return status;
 }

@@ -1,9 +1,23 @@
 #include "firmware/core/blend.h"
 
+#include "common/atomic.h"
+
 static const float FORCE_FINITE_N = 1.0e6F;  // anything a table says beyond this is a broken table
+static const float FINITE_MAX = 3.0e38F;
 
 static bool usable(const pal_table* table) {
     return table != NULL && pal_table_header_ok(table);
+}
+
+// Once a tick: what its writer makes of it meanwhile must not give one table two names.
+static uint64_t id_of(const pal_table* table) {
+    uint64_t id;
+    pal_copy_once(&id, &table->id, sizeof id);
+    return id;
+}
+
+static bool is_before(const pal_loop_tables* tables, uint64_t id) {
+    return usable(tables->before) && id_of(tables->before) == id;
 }
 
 static uint32_t age_faults(const pal_loop_config* config, const pal_loop* loop) {
@@ -22,15 +36,15 @@ uint32_t pal_blend_notice(const pal_loop_config* config, pal_loop* loop, const p
         pal_blend_end_fade(config, loop);
         return faults | PAL_FAULT_TABLE_MISSING | (now != NULL ? (uint32_t)PAL_FAULT_TABLE_BAD : 0U);
     }
-    if (now->id != loop->table_id) {
-        const bool fade = config->fade_ticks > 0 && loop->table_id != 0 && usable(tables->before) &&
-                          tables->before->id == loop->table_id;
-        if (now->id > loop->table_id) loop->table_taken_tick = loop->tick;
+    const uint64_t id = id_of(now);
+    if (id != loop->table_id) {
+        const bool fade = config->fade_ticks > 0 && loop->table_id != 0 && is_before(tables, loop->table_id);
+        if (id > loop->table_id) loop->table_taken_tick = loop->tick;
         loop->before_id = fade ? loop->table_id : 0;
         loop->fade_tick = fade ? 0 : config->fade_ticks;
         loop->before = loop->touch;
-        loop->table_id = now->id;
-    } else if (loop->before_id != 0 && !(usable(tables->before) && tables->before->id == loop->before_id)) {
+        loop->table_id = id;
+    } else if (loop->before_id != 0 && !is_before(tables, loop->before_id)) {
         pal_blend_end_fade(config, loop);
     }
     return faults | age_faults(config, loop);
@@ -54,10 +68,14 @@ float pal_blend_age_gain(const pal_loop_config* config, uint32_t age_ticks) {
     return 1.0F - (float)over_ticks / (float)config->drop_fade_ticks;
 }
 
+static bool within(float x, float most) {
+    return x >= -most && x <= most;  // false for NaN
+}
+
 static bool touch_finite(const pal_touch* touch) {
-    bool ok = touch->potential_j >= -FORCE_FINITE_N && touch->potential_j <= FORCE_FINITE_N;
-    for (int c = 0; c < 3; ++c)
-        ok = ok && touch->force_n[c] >= -FORCE_FINITE_N && touch->force_n[c] <= FORCE_FINITE_N;
+    bool ok = within(touch->potential_j, FORCE_FINITE_N) && within(touch->depth_m, FINITE_MAX) &&
+              within(touch->k_n_per_m, FINITE_MAX);
+    for (int c = 0; c < 3; ++c) ok = ok && within(touch->force_n[c], FORCE_FINITE_N);
     return ok;
 }
 

@@ -22,9 +22,11 @@ typedef enum pal_intake_state {
 typedef struct pal_intake {
     pal_table_ring* ring;
     pal_table_limits limits;
-    uint32_t state;     ///< a pal_intake_state; handed between tick and checker by acquire and release
-    uint32_t last_err;  ///< -pal_err of the last refused table
-    bool refused;       ///< the ring's current table was refused and not yet replaced
+    uint32_t state;            ///< a pal_intake_state; handed between tick and checker by acquire and release
+    uint32_t last_err;         ///< -pal_err of the last refused table
+    bool refused;              ///< the ring's current table was refused and not yet replaced
+    const pal_table* pending;  ///< taken and not yet in use: the tick's, and the checker's while PENDING
+    uint64_t pending_id, now_id;  ///< as checked; of the table in use, 0: none
     pal_loop_tables tables;
 } pal_intake;
 

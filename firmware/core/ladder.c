@@ -18,6 +18,19 @@ static void latch(pal_loop* loop, uint32_t fault) {
     if (loop->stop == 0 || loop->stop == PAL_FAULT_DEVICE_LOST) loop->stop = fault;
 }
 
+void pal_ladder_skip(const pal_loop_config* config, pal_loop* loop, uint32_t n_missed) {
+    if (n_missed == 0) return;
+    const uint32_t old_ticks = config->drop_ticks + config->drop_fade_ticks;  // no table can be older
+    loop->table_taken_tick -= n_missed < old_ticks ? n_missed : old_ticks;
+    loop->good_ticks = 0;
+    loop->late_ticks = n_missed < UINT32_MAX - loop->late_ticks ? loop->late_ticks + n_missed : UINT32_MAX;
+    if (loop->late_ticks >= config->late_stop_ticks && loop->stop == 0) loop->stop = PAL_FAULT_DEVICE_LOST;
+    if (loop->late_ticks >= config->late_fade_ticks) {
+        loop->cut = true;
+        pal_blend_end_fade(config, loop);
+    }
+}
+
 uint32_t pal_ladder_sense(const pal_loop_config* config, pal_loop* loop, const pal_sense* sense) {
     const bool fresh = sense->fresh != 0;
     if (fresh) {

@@ -6,6 +6,9 @@
 extern "C" {
 #endif
 
+/// First of a tick: `n_missed` periods passed without one. They count as late ticks: tables are older by
+/// them, and after five the force comes back with the ramp, after twenty the stop is latched.
+void pal_ladder_skip(const pal_loop_config* config, pal_loop* loop, uint32_t n_missed);
 /// Lateness, homing and the latched stops of this tick. Returns PAL_FAULT_LATE and the stop.
 uint32_t pal_ladder_sense(const pal_loop_config* config, pal_loop* loop, const pal_sense* sense);
 /// Share of the held force after `late_ticks` ticks without a sample: 1, then a line to 0 at late_stop_ticks.

@@ -2,6 +2,25 @@
 
 #include <math.h>
 
+#include "common/atomic.h"
+
+// What a look-up uses of a table besides its coefficients, copied once: the table lies in memory that another
+// process may write, and what was checked must be what is used.
+typedef struct header {
+    uint32_t law, n_nodes;
+    float spacing_m, valid_radius_m, kappa_per_m, error_k_relative, depth_scale_m;
+    float psi[5], p0_m[3], made_for_m[3], axes[9];
+} header;
+
+// One run of bytes, so that one copy is all: the same order as in pal_table.
+static_assert(sizeof(header) == offsetof(pal_table, reserved) - offsetof(pal_table, law), "as in pal_table");
+static_assert(offsetof(header, n_nodes) == offsetof(pal_table, n_nodes) - offsetof(pal_table, law), "");
+static_assert(offsetof(header, spacing_m) == offsetof(pal_table, spacing_m) - offsetof(pal_table, law), "");
+static_assert(offsetof(header, kappa_per_m) == offsetof(pal_table, kappa_per_m) - offsetof(pal_table, law),
+              "");
+static_assert(offsetof(header, psi) == offsetof(pal_table, psi) - offsetof(pal_table, law), "");
+static_assert(offsetof(header, axes) == offsetof(pal_table, axes) - offsetof(pal_table, law), "");
+
 static const float Q_MIN = 0.2F;  // nearer to the sphere's centre, or past it, the chart has no meaning
 
 // Four taps along one direction: weights of the value and of its derivative.
@@ -57,7 +76,7 @@ static field field_at(const float* plane, uint32_t side, const taps* along_u, co
     return out;
 }
 
-static bool chart_at(const pal_table* table, const float x[3], chart* out) {
+static bool chart_at(const header* table, const float x[3], chart* out) {
     const float kappa = table->kappa_per_m;
     const float q = 1.0F + kappa * x[2];
     if (!(q >= Q_MIN)) return false;
@@ -96,7 +115,7 @@ static void gradient(const field* of, const chart* c, float out[3]) {
 }
 
 // Force in the contact frame for f > 0: minus the gradient of K f^2 psi(H f)/2, term by term.
-static void press(const pal_table* table, const chart* c, const field* k, const field* h, float f,
+static void press(const header* table, const chart* c, const field* k, const field* h, float f,
                   const float grad_f[3], float force_n[3], float* potential_j) {
     float psi = 1.0F;
     float slope = 0.0F;
@@ -116,19 +135,21 @@ static void press(const pal_table* table, const chart* c, const field* k, const 
 
 void pal_table_touch(const pal_table* table, const float at_m[3], pal_touch* touch) {
     *touch = (pal_touch){.inside = false};
-    const float* axes = table->axes;
+    header head;
+    pal_copy_once(&head, (const char*)table + offsetof(pal_table, law), sizeof head);
+    const float* axes = head.axes;
     float x[3];
-    const float from_p0[3] = {at_m[0] - table->p0_m[0], at_m[1] - table->p0_m[1], at_m[2] - table->p0_m[2]};
+    const float from_p0[3] = {at_m[0] - head.p0_m[0], at_m[1] - head.p0_m[1], at_m[2] - head.p0_m[2]};
     for (int i = 0; i < 3; ++i) {
         x[i] = axes[3 * i] * from_p0[0] + axes[3 * i + 1] * from_p0[1] + axes[3 * i + 2] * from_p0[2];
     }
     chart c;
-    if (!chart_at(table, x, &c)) return;
-    const uint32_t n_nodes = table->n_nodes;
+    if (!chart_at(&head, x, &c)) return;
+    const uint32_t n_nodes = head.n_nodes;
     if (n_nodes < PAL_TABLE_NODES_MIN || n_nodes > PAL_TABLE_NODES_MAX) return;
     const uint32_t side = n_nodes + 2;
     const float middle = 0.5F * (float)(n_nodes - 1);
-    const float per_spacing = 1.0F / table->spacing_m;
+    const float per_spacing = 1.0F / head.spacing_m;
     taps along_u;
     taps along_v;
     taps_at(middle + c.u * per_spacing, per_spacing, n_nodes, &along_u);
@@ -146,7 +167,7 @@ void pal_table_touch(const pal_table* table, const float at_m[3], pal_touch* tou
     if (f <= 0.0F) return;
     const field h = field_at(table->coef + 2 * side * side, side, &along_u, &along_v);
     float local_n[3];
-    press(table, &c, &k, &h, f, grad_f, local_n, &touch->potential_j);
+    press(&head, &c, &k, &h, f, grad_f, local_n, &touch->potential_j);
     for (int i = 0; i < 3; ++i) {
         touch->force_n[i] = axes[i] * local_n[0] + axes[3 + i] * local_n[1] + axes[6 + i] * local_n[2];
     }

@@ -15,7 +15,9 @@ typedef struct pal_touch {
     bool inside;        ///< q >= 0.2 and within the valid radius; otherwise all else is zero
 } pal_touch;
 
-/// Bounded: 16 taps of three fields, about 370 flops. `at_m` is the tool centre in the workspace frame.
+/// Bounded: 16 taps of three fields, about 370 flops. `at_m` is the tool centre in the workspace frame. Reads
+/// no byte outside `table` whatever is written there meanwhile: its header is copied once, what the copy says
+/// is checked; what then comes out need not be finite.
 void pal_table_touch(const pal_table* table, const float at_m[3], pal_touch* touch);
 
 #ifdef __cplusplus

@@ -105,6 +105,7 @@ static void write_record(const pal_loop_config* config, const pal_loop* loop, co
 
 uint32_t pal_loop_step(const pal_loop_config* config, pal_loop* loop, const pal_sense* sense,
                        const pal_loop_tables* tables, pal_drive* drive, pal_tick* record) {
+    pal_ladder_skip(config, loop, sense->n_missed);
     const uint32_t n_ticks = loop->late_ticks < UINT32_MAX ? loop->late_ticks + 1U : UINT32_MAX;
     uint32_t faults = pal_ladder_sense(config, loop, sense);
     faults |= pal_blend_notice(config, loop, tables);

@@ -42,6 +42,7 @@ typedef struct pal_sense {
     uint8_t enable;          ///< operator: forces on
     uint8_t estop;           ///< operator: latch the stop
     uint8_t host_lost;       ///< the host process is gone: zero, latched
+    uint32_t n_missed;       ///< periods that passed without a tick since the last one: each counts as late
 } pal_sense;
 
 typedef struct pal_drive {
@@ -63,7 +64,7 @@ typedef struct pal_loop {
     uint32_t tick;
     uint32_t state;        ///< a pal_state
     uint32_t stop;         ///< PAL_FAULT_* that latched the stop
-    uint32_t late_ticks;   ///< ticks since the last fresh sample
+    uint32_t late_ticks;   ///< ticks and missed periods since the last fresh sample
     uint32_t good_ticks;   ///< fresh samples in a row
     uint32_t ramp_tick;    ///< of config ramp_ticks
     uint32_t fade_tick;    ///< of config fade_ticks

@@ -31,6 +31,8 @@ std::string machine_name() {
 std::map<std::string, std::string> titles() {
     return {{"tick", "One tick of the loop, each timed by itself (the period is 1 ms)"},
             {"part", "Parts of a tick, alone"},
+            {"session",
+             "A whole tick of palpate-loop around a device that answers at once: what measuring costs"},
             {"link", "Between host and loop, in one thread"},
             {"arrival", "What a table costs on arrival: checksum, ranges, limits"},
             {"stiffness",
@@ -56,6 +58,7 @@ void run(int argc, char** argv) {
     benchmark::AddCustomContext("clock_ns", clock_ns);
 
     palpate::bench::register_tick();
+    palpate::bench::register_session();
     palpate::bench::register_link();
     palpate::bench::register_stiffness();
     palpate::bench::register_plate();

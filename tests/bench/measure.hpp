@@ -12,6 +12,7 @@ namespace palpate::bench {
 
 /// What each benchmark file offers, in the order of the printed tables.
 void register_tick();
+void register_session();
 void register_link();
 void register_stiffness();
 void register_plate();

@@ -104,6 +104,27 @@ TEST_CASE("a table that is not newer than the one in use is refused") {
     CHECK(bench.intake.tables.n_bad == 2);
 }
 
+TEST_CASE("what was checked is what is used, whatever the ring's word says by then") {
+    Bench bench;
+    bench.publish(1);
+    pal_intake_poll(&bench.intake, false);
+    const pal_table* taken = pal_table_ring_current(bench.ring.get());
+    const auto word = GENERATE(as<std::uint32_t>{}, 0xE4, 0x1B, 0x00, 0xFFFFFFFF);
+    bench.ring->state = word;
+    CHECK(pal_intake_check(&bench.intake));
+    CHECK(pal_intake_poll(&bench.intake, false)->now == taken);
+}
+
+TEST_CASE("an id that is rewritten in the table in use lets no older table in") {
+    Bench bench;
+    bench.publish(5);
+    bench.tick();
+    const_cast<pal_table*>(bench.intake.tables.now)->id = 1;
+    bench.publish(3);
+    CHECK(bench.tick().n_bad == 1);
+    CHECK(bench.intake.now_id == 5);
+}
+
 TEST_CASE("writer, checker and tick in three threads: only whole, checked tables, ids only grow",
           "[concurrency]") {
     Bench bench;

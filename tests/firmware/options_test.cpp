@@ -88,6 +88,38 @@ TEST_CASE("the soft start takes one second, here and in the help, as in a scene"
     std::free(text);
 }
 
+TEST_CASE("without a word the loop asks for locked memory and priority 80") {
+    const pal_realtime_choice choice = read({"--link", "/x", "--device", "link:/y"}).options.realtime;
+    CHECK(choice.policy == PAL_POLICY_FIFO);
+    CHECK(choice.priority == 80);
+    CHECK(choice.cpu == PAL_REALTIME_ANY_CPU);
+    CHECK(choice.lock_memory);
+}
+
+TEST_CASE("how the loop is scheduled may be chosen") {
+    const Answer fifo = read({"--no-lock", "--link", "/x", "--device", "link:/y", "--policy", "fifo",
+                              "--priority", "99", "--cpu", "0"});
+    REQUIRE(fifo.ok);
+    CHECK(fifo.options.realtime.policy == PAL_POLICY_FIFO);
+    CHECK(fifo.options.realtime.priority == 99);
+    CHECK(fifo.options.realtime.cpu == 0);
+    CHECK_FALSE(fifo.options.realtime.lock_memory);
+    CHECK(read({"--link", "/x", "--device", "usb", "--policy", "deadline"}).options.realtime.policy ==
+          PAL_POLICY_DEADLINE);
+    const Answer other = read({"--link", "/x", "--device", "usb", "--policy", "other", "--cpu", "1"});
+    REQUIRE(other.ok);
+    CHECK(other.options.realtime.policy == PAL_POLICY_OTHER);
+    CHECK(other.options.realtime.cpu == 1);
+}
+
+TEST_CASE("--zero needs a device and nothing else") {
+    const Answer answer = read({"--zero", "--device", "link:/y"});
+    REQUIRE(answer.ok);
+    CHECK(answer.options.zero);
+    CHECK(read({"--device", "usb:1", "--zero", "--firmware", "f"}).ok);
+    CHECK_FALSE(read({"--link", "/x", "--device", "link:/y"}).options.zero);
+}
+
 TEST_CASE("bad options are refused in one line that names them") {
     const std::vector<std::vector<std::string>> bad = {
         {},
@@ -110,6 +142,19 @@ TEST_CASE("bad options are refused in one line that names them") {
         {"--link", "/x", "--device", "link:/y", "--force-max-n", "4x"},
         {"--link", "/x", "--device", "link:/y", "--ramp-ticks", "-1"},
         {"--link", "/x", "--device", "link:/y", "--ramp-ticks", ""},
+        {"--link", "/x", "--device", "link:/y", "--policy", "rr"},
+        {"--link", "/x", "--device", "link:/y", "--policy"},
+        {"--link", "/x", "--device", "link:/y", "--priority", "0"},
+        {"--link", "/x", "--device", "link:/y", "--priority", "100"},
+        {"--link", "/x", "--device", "link:/y", "--priority", "1.5"},
+        {"--link", "/x", "--device", "link:/y", "--priority", "80", "--policy", "other"},
+        {"--link", "/x", "--device", "link:/y", "--cpu", "-1"},
+        {"--link", "/x", "--device", "link:/y", "--cpu", "0.5"},
+        {"--link", "/x", "--device", "link:/y", "--cpu", "nan"},
+        {"--link", "/x", "--device", "link:/y", "--cpu", "0", "--policy", "deadline"},
+        {"--zero"},
+        {"--zero", "--link", "/x"},
+        {"--zero", "--link", "/x", "--device", "link:/y"},
     };
     for (const auto& words : bad) {
         const Answer answer = read(words);

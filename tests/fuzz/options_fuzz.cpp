@@ -26,9 +26,16 @@ std::vector<std::string> arguments_of(std::string_view text) {
 void check(const pal_loop_options& options) {
     accepted.note();
     if (options.help) return;
-    require(options.link_name != nullptr && options.device_path != nullptr && options.device_path[0] != '\0');
+    require(options.zero == (options.link_name == nullptr));
+    require(options.usb == (options.device_path == nullptr));
+    require(options.usb || options.device_path[0] != '\0');
+    require(!options.usb || options.serial == nullptr || options.serial[0] != '\0');
     require(options.force_max_n > 0.0F && options.force_max_n <= 8.9F);
     require(options.ramp_ticks <= 60000);
+    const pal_realtime_choice& realtime = options.realtime;
+    require(realtime.priority >= 1 && realtime.priority <= 99);
+    require(realtime.cpu == PAL_REALTIME_ANY_CPU || (realtime.cpu >= 0 && realtime.cpu <= 4095));
+    require(realtime.cpu == PAL_REALTIME_ANY_CPU || realtime.policy != PAL_POLICY_DEADLINE);
 }
 
 void check_complaint(std::string_view complaint) {

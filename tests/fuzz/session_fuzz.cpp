@@ -14,7 +14,7 @@ namespace {
 using fuzz::require;
 
 fuzz::Reached felt("force of a table"), fading("two tables at once"), refused("table refused"),
-    stopped("stop");
+    stopped("stop"), missed("missed periods");
 
 constexpr std::size_t TICKS_MAX = 600;  // past every age and time-out of the ladder
 
@@ -34,6 +34,10 @@ struct Device {
     }
 };
 
+bool pushes(const float force_n[3]) {
+    return force_n[0] != 0.0F || force_n[1] != 0.0F || force_n[2] != 0.0F;
+}
+
 class Bench {
 public:
     Bench() {
@@ -44,7 +48,7 @@ public:
         pal_loop_config config = pal_loop_config_default();
         config.ramp_ticks = 4;  // so that a short input gets to the full force
         config.release_ticks = 4;
-        const pal_device device{&device_, Device::collect, Device::send};
+        const pal_device device{&device_, Device::collect, Device::send, nullptr};
         pal_session_begin(&session_, link_, &device, &config, [] { return std::uint64_t{0}; });
     }
 
@@ -74,6 +78,7 @@ private:
             case 5:
                 return publish(bytes);
             case 6:
+                if (what >= 192) n_missed_ += fuzz::take<std::uint8_t>(bytes);
                 return host_word(bytes);
             default:
                 return any_word(bytes);
@@ -97,6 +102,7 @@ private:
 
     void publish(fuzz::Bytes& bytes) {
         pal_table* const table = pal_table_ring_back(&link_->tables);
+        if (table == nullptr) return;  // the ring's word was one of the wild ones
         fuzz::fill_good(*table, PAL_TABLE_NODES_MIN, ++last_id_);
         const auto n_patches = fuzz::take<std::uint8_t>(bytes);
         fuzz::patch(*table, bytes, n_patches % 4);
@@ -126,7 +132,8 @@ private:
         device_.news = news;
         for (int i = 0; i < n; ++i) {
             ++n_ticks_;
-            static_cast<void>(pal_session_tick(&session_, n_ticks_ * 1000000U, 0));
+            const pal_session_time now{n_ticks_ * 1000000U, n_missed_, 0};
+            static_cast<void>(pal_session_tick(&session_, &now));
             static_cast<void>(pal_intake_check(&session_.intake));
             check();
         }
@@ -157,12 +164,19 @@ private:
         if (tick.before_id != 0) fading.note();
         if (link_->loop.n_bad_tables != 0) refused.note();
         if (tick.stop != 0) stopped.note();
+        const bool settled = (tick.faults & (PAL_FAULT_LATE | PAL_FAULT_TABLE_DROPPED)) == 0;
+        if (tick.n_missed - n_missed_told_ >= 5 && settled) {
+            require(tick.gain == 0.0F || !pushes(tick.table_force_n));  // never a jump back
+            missed.note();
+        }
+        n_missed_told_ = tick.n_missed;
     }
 
     pal_link* link_;
     pal_session session_{};
     Device device_;
     std::uint64_t last_id_ = 0, n_ticks_ = 0;
+    std::uint32_t n_missed_ = 0, n_missed_told_ = 0;
 };
 
 }  // namespace
