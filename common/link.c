@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "common/atomic.h"
+
 static const uint32_t MAGIC_SWAPPED = 0x4C494E4BU;  // PAL_LINK_MAGIC as the other byte order sees it
 
 void pal_link_init(pal_link* link, uint32_t nonce) {
@@ -37,9 +39,9 @@ pal_err pal_link_check(const pal_link* link, size_t n_bytes) {
 }
 
 uint32_t pal_link_load(const uint32_t* word) {
-    return __atomic_load_n(word, __ATOMIC_ACQUIRE);
+    return pal_atomic_load_acquire(word);
 }
 
 void pal_link_store(uint32_t* word, uint32_t value) {
-    __atomic_store_n(word, value, __ATOMIC_RELEASE);
+    pal_atomic_store_release(word, value);
 }

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "common/atomic.h"
+
 enum {
     MASK = PAL_STATE_RING_TICKS - 1,
     READ_TRIES = 8,
@@ -16,12 +18,12 @@ void pal_state_ring_init(pal_state_ring* ring) {
 void pal_state_ring_push(pal_state_ring* ring, const pal_tick* tick) {
     uint32_t word[PAL_TICK_WORDS];
     memcpy(word, tick, sizeof word);
-    const uint32_t n = __atomic_load_n(&ring->done, __ATOMIC_RELAXED);
+    const uint32_t n = pal_atomic_load_relaxed(&ring->done);
     uint32_t* slot = ring->word[n & MASK];
-    __atomic_store_n(&ring->begun, n + 1U, __ATOMIC_RELAXED);
+    pal_atomic_store_relaxed(&ring->begun, n + 1U);
     // Release on each word, no fence: who sees a new word also sees `begun`. ThreadSanitizer knows no fences.
-    for (int i = 0; i < PAL_TICK_WORDS; ++i) __atomic_store_n(&slot[i], word[i], __ATOMIC_RELEASE);
-    __atomic_store_n(&ring->done, n + 1U, __ATOMIC_RELEASE);
+    for (int i = 0; i < PAL_TICK_WORDS; ++i) pal_atomic_store_release(&slot[i], word[i]);
+    pal_atomic_store_release(&ring->done, n + 1U);
 }
 
 static void drop_to(pal_state_reader* reader, uint32_t next) {
@@ -32,12 +34,15 @@ static void drop_to(pal_state_reader* reader, uint32_t next) {
 bool pal_state_ring_read(const pal_state_ring* ring, pal_state_reader* reader, pal_tick* tick) {
     uint32_t word[PAL_TICK_WORDS];
     for (int t = 0; t < READ_TRIES; ++t) {
-        const uint32_t done = __atomic_load_n(&ring->done, __ATOMIC_ACQUIRE);
+        const uint32_t done = pal_atomic_load_acquire(&ring->done);
         if (done == reader->next) return false;
+        // `begun` is stored first. Far from `done` one of them is damaged; the writer's next record mends
+        // both.
+        if (pal_atomic_load_relaxed(&ring->begun) - done > PAL_STATE_RING_TICKS) return false;
         if (done - reader->next > PAL_STATE_RING_TICKS) drop_to(reader, done - PAL_STATE_RING_TICKS);
         const uint32_t* slot = ring->word[reader->next & MASK];
-        for (int i = 0; i < PAL_TICK_WORDS; ++i) word[i] = __atomic_load_n(&slot[i], __ATOMIC_ACQUIRE);
-        const uint32_t begun = __atomic_load_n(&ring->begun, __ATOMIC_RELAXED);
+        for (int i = 0; i < PAL_TICK_WORDS; ++i) word[i] = pal_atomic_load_acquire(&slot[i]);
+        const uint32_t begun = pal_atomic_load_relaxed(&ring->begun);
         if (begun - reader->next <= PAL_STATE_RING_TICKS) {
             memcpy(tick, word, sizeof word);
             reader->next += 1U;
@@ -49,6 +54,6 @@ bool pal_state_ring_read(const pal_state_ring* ring, pal_state_reader* reader, p
 }
 
 uint32_t pal_state_ring_waiting(const pal_state_ring* ring, const pal_state_reader* reader) {
-    const uint32_t n = __atomic_load_n(&ring->done, __ATOMIC_ACQUIRE) - reader->next;
+    const uint32_t n = pal_atomic_load_acquire(&ring->done) - reader->next;
     return n < PAL_STATE_RING_TICKS ? n : PAL_STATE_RING_TICKS;
 }

@@ -37,8 +37,9 @@ typedef struct pal_state_reader {
 void pal_state_ring_init(pal_state_ring* ring);
 /// Writer, one only: wait-free, about 60 ns.
 void pal_state_ring_push(pal_state_ring* ring, const pal_tick* tick);
-/// Copies the next record; false when there is none. No data race in the C11 model: words cross as 32-bit
-/// atomics, and a copy during which the writer came round is dropped and counted.
+/// Copies the next record; false when there is none, or when `begun` and `done` cannot both be right (until
+/// the next push). No data race in the C11 model: words cross as 32-bit atomics, and a copy during which the
+/// writer came round is dropped and counted.
 bool pal_state_ring_read(const pal_state_ring* ring, pal_state_reader* reader, pal_tick* tick);
 /// Records that `reader` has not read yet.
 uint32_t pal_state_ring_waiting(const pal_state_ring* ring, const pal_state_reader* reader);

@@ -1,5 +1,6 @@
 #include "common/table.h"
 
+#include "common/atomic.h"
 #include "common/crc32c.h"
 
 static const uint32_t MAGIC_SWAPPED = 0x5441424CU;  // PAL_TABLE_MAGIC as the other byte order sees it
@@ -54,7 +55,7 @@ void pal_table_seal(pal_table* table) {
 }
 
 bool pal_table_header_ok(const pal_table* table) {
-    const uint32_t n_nodes = table->n_nodes;
+    const uint32_t n_nodes = pal_atomic_load_relaxed(&table->n_nodes);
     return table->magic == PAL_TABLE_MAGIC && table->abi == PAL_TABLE_ABI && n_nodes % 2 == 1 &&
            pal_table_bytes(n_nodes) != 0 && table->n_bytes == pal_table_bytes(n_nodes) && table->id != 0 &&
            table->law <= PAL_LAW_NORMAL;
@@ -163,7 +164,7 @@ static pal_err check_fields(const pal_table* table, uint32_t side, const pal_tab
 
 pal_err pal_table_check(const pal_table* table, const pal_table_limits* limits) {
     // Once: a broken writer in another process must not move the sizes between check and use.
-    const uint32_t n_nodes = __atomic_load_n(&table->n_nodes, __ATOMIC_RELAXED);
+    const uint32_t n_nodes = pal_atomic_load_relaxed(&table->n_nodes);
     pal_err err = check_identity(table, n_nodes);
     const uint32_t side = n_nodes + 2;
     if (err == PAL_OK) err = check_finite(table, 3 * side * side);

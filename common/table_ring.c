@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "common/atomic.h"
+
 // Layout of the state word; see the header.
 enum {
     PREVIOUS_SHIFT = 0,
@@ -9,7 +11,9 @@ enum {
     READY_SHIFT = 4,
     BACK_SHIFT = 6,
     COUNT_SHIFT = 9,
-    TAKE_TRIES = 3
+    ALL_SLOTS = (1 << PAL_TABLE_SLOTS) - 1,
+    TAKE_TRIES = 3,
+    PUBLISH_TRIES = 8  // the reader takes once at most between two publications: two would do
 };
 static const uint32_t DIRTY = 1U << 8;
 
@@ -21,46 +25,47 @@ static uint32_t pack(uint32_t previous, uint32_t current, uint32_t ready, uint32
     return previous << PREVIOUS_SHIFT | current << CURRENT_SHIFT | ready << READY_SHIFT | back << BACK_SHIFT;
 }
 
-static uint32_t load(const pal_table_ring* ring) {
-    return __atomic_load_n(&ring->state, __ATOMIC_ACQUIRE);
-}
-
-// Release gives the slots that change hands with all that was written or read in them; acquire receives.
-static bool swap(pal_table_ring* ring, uint32_t* seen, uint32_t next) {
-    return __atomic_compare_exchange_n(&ring->state, seen, next, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE);
+// A permutation. A word that is none was written by neither side, and nobody knows any more whose a slot is.
+static bool is_whole(uint32_t state) {
+    return (1U << field(state, PREVIOUS_SHIFT) | 1U << field(state, CURRENT_SHIFT) |
+            1U << field(state, READY_SHIFT) | 1U << field(state, BACK_SHIFT)) == ALL_SLOTS;
 }
 
 void pal_table_ring_init(pal_table_ring* ring) {
     memset(ring, 0, sizeof *ring);
-    __atomic_store_n(&ring->state, pack(0, 1, 2, 3), __ATOMIC_RELEASE);
+    pal_atomic_store_release(&ring->state, pack(0, 1, 2, 3));
 }
 
 pal_table* pal_table_ring_back(pal_table_ring* ring) {
-    return &ring->slot[field(load(ring), BACK_SHIFT)].table;
+    const uint32_t state = pal_atomic_load_acquire(&ring->state);
+    return is_whole(state) ? &ring->slot[field(state, BACK_SHIFT)].table : NULL;
 }
 
-void pal_table_ring_publish(pal_table_ring* ring) {
-    uint32_t seen = load(ring);
-    uint32_t next = 0;
-    do {
+// Each swap's release gives the slots that change hands with all that was written or read in them; its
+// acquire receives.
+bool pal_table_ring_publish(pal_table_ring* ring) {
+    uint32_t seen = pal_atomic_load_acquire(&ring->state);
+    for (int i = 0; i < PUBLISH_TRIES && is_whole(seen); ++i) {
         const uint32_t count = (seen >> COUNT_SHIFT) + 1U;
-        next = pack(field(seen, PREVIOUS_SHIFT), field(seen, CURRENT_SHIFT), field(seen, BACK_SHIFT),
-                    field(seen, READY_SHIFT)) |
-               DIRTY | count << COUNT_SHIFT;
-    } while (!swap(ring, &seen, next));
+        const uint32_t next = pack(field(seen, PREVIOUS_SHIFT), field(seen, CURRENT_SHIFT),
+                                   field(seen, BACK_SHIFT), field(seen, READY_SHIFT)) |
+                              DIRTY | count << COUNT_SHIFT;
+        if (pal_atomic_swap(&ring->state, &seen, next)) return true;
+    }
+    return false;
 }
 
 static bool advance(pal_table_ring* ring, bool keep_previous) {
-    uint32_t seen = load(ring);
+    uint32_t seen = pal_atomic_load_acquire(&ring->state);
     for (int i = 0; i < TAKE_TRIES; ++i) {
-        if ((seen & DIRTY) == 0) return false;
+        if ((seen & DIRTY) == 0 || !is_whole(seen)) return false;
         const uint32_t previous = field(seen, PREVIOUS_SHIFT);
         const uint32_t current = field(seen, CURRENT_SHIFT);
         const uint32_t count = seen >> COUNT_SHIFT << COUNT_SHIFT;
         const uint32_t next = pack(keep_previous ? previous : current, field(seen, READY_SHIFT),
                                    keep_previous ? current : previous, field(seen, BACK_SHIFT)) |
                               count;
-        if (swap(ring, &seen, next)) return true;
+        if (pal_atomic_swap(&ring->state, &seen, next)) return true;
     }
     return false;
 }
@@ -74,9 +79,9 @@ bool pal_table_ring_replace(pal_table_ring* ring) {
 }
 
 const pal_table* pal_table_ring_current(const pal_table_ring* ring) {
-    return &ring->slot[field(load(ring), CURRENT_SHIFT)].table;
+    return &ring->slot[field(pal_atomic_load_acquire(&ring->state), CURRENT_SHIFT)].table;
 }
 
 const pal_table* pal_table_ring_previous(const pal_table_ring* ring) {
-    return &ring->slot[field(load(ring), PREVIOUS_SHIFT)].table;
+    return &ring->slot[field(pal_atomic_load_acquire(&ring->state), PREVIOUS_SHIFT)].table;
 }

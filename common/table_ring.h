@@ -32,15 +32,16 @@ static_assert(sizeof(pal_table_ring) == 64 + PAL_TABLE_SLOTS * 54080, "PROTOCOL.
 /// Empty ring: no table yet. Not while another process uses it.
 void pal_table_ring_init(pal_table_ring* ring);
 
-/// Writer: the slot to fill. It stays the writer's until pal_table_ring_publish.
+/// Writer: the slot to fill. It stays the writer's until pal_table_ring_publish. NULL when the state word is
+/// damaged (no permutation): no slot is then known to be free, and nothing can be published any more.
 pal_table* pal_table_ring_back(pal_table_ring* ring);
-/// Writer: makes the back slot the newest. Lock-free; retries only when the reader swapped at the same
-/// moment.
-void pal_table_ring_publish(pal_table_ring* ring);
+/// Writer: makes the back slot the newest. Wait-free: tries again only when the reader swapped at the same
+/// moment, which it does once at most. False when the word is damaged: nothing was published.
+bool pal_table_ring_publish(pal_table_ring* ring);
 
 /// Reader: when there is a newer table, previous <- current <- newest, and true. The old previous goes back
-/// to the writer. At most three tries, then false: the tick keeps what it has. Call only when no fade uses
-/// previous.
+/// to the writer. At most three tries, then false: the tick keeps what it has; a damaged word is left alone
+/// likewise, so that its tables grow old and the force goes. Call only when no fade uses previous.
 bool pal_table_ring_take(pal_table_ring* ring);
 /// Reader: like take, but the *current* table goes back to the writer and previous stays: for a refused
 /// table.

@@ -15,11 +15,17 @@ const pal_table* Publisher::publish(std::unique_ptr<pal_table> table, std::uint3
         refused_.push_back({{at_m[0], at_m[1], at_m[2]}, std::move(*why)});
         return nullptr;
     }
+    pal_table* back = pal_table_ring_back(&link_->tables);
+    if (back != nullptr) std::memcpy(back, table.get(), table->n_bytes);
+    if (back == nullptr || !pal_table_ring_publish(&link_->tables)) {
+        const float* at_m = table->made_for_m;
+        refused_.push_back({{at_m[0], at_m[1], at_m[2]},
+                            "the segment's table ring is damaged; no table can be handed over any more"});
+        return nullptr;
+    }
     last_ = std::move(table);
     last_id_ = last_->id;
     last_tick_ = now_tick;
-    std::memcpy(pal_table_ring_back(&link_->tables), last_.get(), last_->n_bytes);
-    pal_table_ring_publish(&link_->tables);
     return last_.get();
 }
 

@@ -1,8 +1,11 @@
 // Hand-over between host and loop, and what a table's arrival costs.
+#include <atomic>
 #include <cstddef>
+#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "common/crc32c.h"
 #include "firmware/core/intake.h"
@@ -52,6 +55,81 @@ void publish_whole(benchmark::State& state, std::uint32_t n_nodes) {
         });
 }
 
+/// A reader's intake behind a writer that publishes when it is told to, here or on another core.
+class Reader {
+public:
+    Reader() {
+        intake_.ring = &link_->tables;
+        intake_.limits = pal_table_limits_default();
+        publish();
+        for (int i = 0; i < 2; ++i) {
+            poll();
+            static_cast<void>(pal_intake_check(&intake_));
+        }
+        if (poll()->now == nullptr) throw std::runtime_error("poll: no table in use");
+    }
+    void publish() {
+        table_->id += 1;
+        pal_table_seal(table_.get());
+        std::memcpy(pal_table_ring_back(&link_->tables), table_.get(), table_->n_bytes);
+        pal_table_ring_publish(&link_->tables);
+    }
+    const pal_loop_tables* poll() { return pal_intake_poll(&intake_, false); }
+    /// Checks what was taken and brings it into use; throws when nothing was.
+    void finish() {
+        const std::uint64_t was = intake_.now_id;
+        static_cast<void>(pal_intake_check(&intake_));
+        if (poll(); intake_.now_id == was) throw std::runtime_error("poll: a new table was not taken");
+    }
+
+private:
+    std::unique_ptr<pal_link> link_ = new_link();
+    std::unique_ptr<pal_table> table_ = tables::make({}, USUAL_NODES);
+    pal_intake intake_{};
+};
+
+void poll_nothing_new(benchmark::State& state) {
+    Reader reader;
+    measure(
+        state, Clock::wall, BATCH, [](std::size_t) {},
+        [&](std::size_t) { benchmark::DoNotOptimize(reader.poll()); });
+}
+
+/// The poll that takes; the writer's stores are in this core's caches.
+void poll_new(benchmark::State& state) {
+    Reader reader;
+    measure(
+        state, Clock::wall, 1,
+        [&](std::size_t k) {
+            if (k > 0) reader.finish();
+            reader.publish();
+        },
+        [&](std::size_t) { benchmark::DoNotOptimize(reader.poll()); });
+    reader.finish();
+}
+
+/// The same behind a writer on another core, as in a run: the ring's word has to come from there.
+void poll_new_from_afar(benchmark::State& state) {
+    Reader reader;
+    std::atomic<std::size_t> n_asked{0}, n_published{0};
+    std::jthread writer([&](const std::stop_token& stop) {
+        for (std::size_t n = 0; !stop.stop_requested();) {
+            if (n_asked == n) continue;
+            reader.publish();
+            n_published = ++n;
+        }
+    });
+    measure(
+        state, Clock::wall, 1,
+        [&](std::size_t k) {
+            if (k > 0) reader.finish();
+            n_asked = k + 1;
+            while (n_published != k + 1) std::this_thread::yield();
+        },
+        [&](std::size_t) { benchmark::DoNotOptimize(reader.poll()); });
+    reader.finish();
+}
+
 void push(benchmark::State& state) {
     const auto link = new_link();
     pal_tick record{};
@@ -90,6 +168,9 @@ void register_link() {
         add("link/publish a table of " + std::to_string(n) + " nodes, whole", N_SAMPLES,
             [n](benchmark::State& state) { publish_whole(state, n); });
     }
+    add("link/poll, no new table", N_SAMPLES, poll_nothing_new);
+    add("link/poll, a new table", N_SAMPLES, poll_new);
+    add("link/poll, a new table from another core", N_SAMPLES, poll_new_from_afar);
     add("link/push a tick record", N_SAMPLES, push);
     for (const std::uint32_t n : {USUAL_NODES, MOST_NODES}) {
         const std::string of =

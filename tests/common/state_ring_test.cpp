@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <memory>
+#include <random>
 #include <thread>
 
 namespace {
@@ -91,6 +92,57 @@ TEST_CASE("a record that is being overwritten is not handed out") {
     REQUIRE(pal_state_ring_read(ring.get(), &reader, &tick));
     CHECK(reader.n_dropped > 0);
     CHECK(same(tick, make_tick(reader.n_dropped)));
+}
+
+TEST_CASE("garbage in begun and done: every call ends within the ring, and the next records mend it") {
+    const auto ring = make_ring();
+    std::mt19937 random(7);
+    const auto word = [&random] {
+        const auto any = static_cast<std::uint32_t>(random());
+        return random() % 2 == 0 ? any : any % (3 * PAL_STATE_RING_TICKS);
+    };
+    for (int n = 0; n < 20000; ++n) {
+        ring->begun = word();
+        ring->done = random() % 4 == 0 ? ring->begun : word();
+        pal_state_reader reader{.next = word(), .n_dropped = 0};
+        pal_tick tick;
+        for (int i = 0; i < 4; ++i) (void)pal_state_ring_read(ring.get(), &reader, &tick);
+        REQUIRE(pal_state_ring_waiting(ring.get(), &reader) <= PAL_STATE_RING_TICKS);
+        const std::uint32_t first = ring->done;
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            const pal_tick in = make_tick(first + i);
+            pal_state_ring_push(ring.get(), &in);
+        }
+        CHECK(ring->done == first + 3);
+        CHECK(ring->begun == first + 3);
+        reader.next = first;
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            REQUIRE(pal_state_ring_read(ring.get(), &reader, &tick));
+            REQUIRE(same(tick, make_tick(first + i)));
+        }
+    }
+}
+
+TEST_CASE("while begun and done contradict each other a reader stays where it is") {
+    const auto ring = make_ring();
+    for (std::uint32_t n = 0; n < 10; ++n) {
+        const pal_tick in = make_tick(n);
+        pal_state_ring_push(ring.get(), &in);
+    }
+    pal_state_reader reader{.next = 4, .n_dropped = 0};
+    pal_tick tick;
+    SECTION("done ran ahead") {
+        ring->done = 5000;
+    }
+    SECTION("begun fell behind") {
+        ring->begun = 2;
+    }
+    SECTION("begun ran ahead") {
+        ring->begun = 0x80000000U;
+    }
+    CHECK_FALSE(pal_state_ring_read(ring.get(), &reader, &tick));
+    CHECK(reader.next == 4);
+    CHECK(reader.n_dropped == 0);
 }
 
 TEST_CASE("two threads: every record is whole and read plus dropped is all", "[concurrency]") {

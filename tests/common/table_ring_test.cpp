@@ -113,6 +113,31 @@ TEST_CASE("a table that is published before it is filled is seen to be torn") {
     CHECK_FALSE(is_whole(*pal_table_ring_current(ring.get())));
 }
 
+TEST_CASE("a state word that is no permutation is acted on by neither side and left as it is") {
+    const auto ring = make_ring();
+    int n_whole = 0;
+    for (std::uint32_t low = 0; low < 512; ++low) {
+        for (const std::uint32_t count : {0U, 1U, 0x7FFFFFU}) {
+            const std::uint32_t word = low | count << 9U;
+            ring->state = word;
+            if (is_permutation_of_slots(*ring)) {
+                ++n_whole;
+                CHECK(pal_table_ring_back(ring.get()) == &ring->slot[word >> 6U & 3U].table);
+                CHECK(pal_table_ring_publish(ring.get()));
+                continue;
+            }
+            CHECK(pal_table_ring_back(ring.get()) == nullptr);
+            CHECK_FALSE(pal_table_ring_publish(ring.get()));
+            CHECK_FALSE(pal_table_ring_take(ring.get()));
+            CHECK_FALSE(pal_table_ring_replace(ring.get()));
+            CHECK(pal_table_ring_current(ring.get()) == &ring->slot[word >> 2U & 3U].table);
+            CHECK(pal_table_ring_previous(ring.get()) == &ring->slot[word & 3U].table);
+            CHECK(ring->state == word);
+        }
+    }
+    CHECK(n_whole == 24 * 2 * 3);
+}
+
 TEST_CASE("two threads: no torn table, ids only grow, the previous table stays whole", "[concurrency]") {
     const auto ring = make_ring();
     constexpr std::uint64_t N_TABLES = 3000;
