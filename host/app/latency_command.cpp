@@ -181,6 +181,7 @@ void write_results(const std::filesystem::path& directory, const latency::Report
 int measure_latency(const LatencyOptions& options) {
     catch_interrupts();
     const Scratch scratch;
+    require_firmware(live_options(options), scratch);
     std::optional<record::OutputDirectory> out;
     if (!options.out.empty()) out.emplace(options.out);
     const std::filesystem::path log = out ? out->path() / "log.txt" : scratch / "log";

@@ -61,6 +61,20 @@ std::string refusal_of_device(const std::string& device) {
     return known ? "" : "sim, usb or usb:SERIAL is expected, not " + device;
 }
 
+void require_firmware(const LiveOptions& options, const Scratch& scratch) {
+    if (options.device == "sim") return;
+    std::vector<std::string> arguments{"firmware"};
+    if (!options.firmware.empty()) arguments.insert(arguments.end(), {"--firmware", options.firmware});
+    const std::filesystem::path answer = scratch / "firmware";
+    Child asker(program_beside("palpate-falcon"), arguments, answer);
+    if (asker.wait(ANSWER_TIMEOUT_MS) && asker.ended() == "exit 0") return;
+    std::string words = last_line(answer);
+    const std::string name = "palpate-falcon: ";
+    if (words.starts_with(name)) words.erase(0, name.size());
+    throw LiveInputError(words.empty() ? "palpate-falcon does not say whether the firmware can be used"
+                                       : words);
+}
+
 Live::Live(LiveOptions options, const Scratch& scratch, std::filesystem::path log,
            const link::Salvage& salvage)
     : options_(std::move(options)), scratch_(&scratch), log_(std::move(log)), segment_(salvage) {

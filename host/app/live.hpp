@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,14 @@ struct TakeOver {
     double took_s = 0.0;  ///< from noticing to the last packet of zero force
     std::string words;
 };
+
+/// Something that the user has to bring for a real device and that is not there or not right, in words.
+struct LiveInputError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+/// Throws LiveInputError when a real device is chosen and its boot image cannot be used: asked of
+/// palpate-falcon, at once, before anything long begins.
+void require_firmware(const LiveOptions& options, const Scratch& scratch);
 
 class Live {
 public:

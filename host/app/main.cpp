@@ -5,6 +5,7 @@
 #include "host/app/child.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
+#include "host/app/live.hpp"
 #include "host/app/scratch.hpp"
 #include "host/cloud/cloud.hpp"
 #include "host/link/segment.hpp"
@@ -65,6 +66,8 @@ int main(int argc, char** argv) {
     } catch (const palpate::cloud::Error& error) {
         return complain(error, 2);
     } catch (const palpate::record::Error& error) {
+        return complain(error, 2);
+    } catch (const palpate::app::LiveInputError& error) {
         return complain(error, 2);
     } catch (const palpate::app::ScratchError& error) {
         return complain(error, 2);

@@ -38,8 +38,8 @@ std::string grip_text(const scene::Hand& hand) {
     return out.str();
 }
 
-LiveOptions live_options(const Prepared& prepared, const Scratch& scratch) {
-    const scene::Scene& scene = prepared.world->scene;
+/// All but the simulated hand.
+LiveOptions live_options(const scene::Scene& scene) {
     const scene::Device& device = scene.device;
     LiveOptions options{.device = device.backend,
                         .firmware = device.firmware,
@@ -48,10 +48,14 @@ LiveOptions live_options(const Prepared& prepared, const Scratch& scratch) {
                         .force_max_n = scene.touch.force_max_n,
                         .ramp_ticks = std::lround(1e3 * scene.touch.ramp_s),
                         .loop_arguments = {}};
-    if (device.backend == "usb") {
-        if (!device.serial.empty()) options.device += ":" + device.serial;
-        return options;
-    }
+    if (!device.serial.empty()) options.device += ":" + device.serial;
+    return options;
+}
+
+LiveOptions live_options(const Prepared& prepared, const Scratch& scratch) {
+    const scene::Scene& scene = prepared.world->scene;
+    LiveOptions options = live_options(scene);
+    if (scene.device.backend != "sim") return options;
     const std::filesystem::path path = scratch / "path";
     write_path(path, device_path(*prepared.world));
     options.sim_arguments = {"--path",       path.string(),
@@ -231,6 +235,10 @@ private:
 };
 
 }  // namespace
+
+void require_device_input(const scene::Scene& scene, const Scratch& scratch) {
+    require_firmware(live_options(scene), scratch);
+}
 
 RunResult run_real(const Prepared& prepared, const Operator& rig, Progress& progress, const Scratch& scratch,
                    const RealOutput& output) {

@@ -40,7 +40,7 @@ struct RunResult {
     std::vector<pal_tick> ticks;
     std::map<std::uint64_t, record::TableBytes> tables;
     std::map<std::uint64_t, std::uint64_t> published_ns;  ///< by table, CLOCK_MONOTONIC; real time only
-    std::string digest_io, digest_state;  ///< empty in real time
+    std::string digest_io, digest_state;                  ///< empty in real time
     std::size_t n_tables_built = 0, n_tables_refused = 0;
     std::vector<link::Refused> refused_by_check;  ///< built, but not published: the loop would refuse them
     std::uint64_t start_unix_ns = 0, start_monotonic_ns = 0, end_monotonic_ns = 0;
@@ -49,7 +49,8 @@ struct RunResult {
     std::string no_tables;      ///< why a path that wants contact got no table at all; empty when it got one
     std::string why_no_plate;   ///< of the stiffness field, if some point had none
     std::string device_status;  ///< JSON line of the simulated device after a real run
-    nlohmann::json supervision = nlohmann::json::object();  ///< real time: restarts, take-over, flight records
+    nlohmann::json supervision =
+        nlohmann::json::object();  ///< real time: restarts, take-over, flight records
 };
 
 /// Lockstep: device, loop and host advance by ticks. `before_publish` may change a table on its way (tests
@@ -67,6 +68,9 @@ struct RealOutput {
     std::filesystem::path directory;
     nlohmann::json header;
 };
+
+/// Throws LiveInputError when the scene's device is a real one and something for it is missing.
+void require_device_input(const scene::Scene& scene, const Scratch& scratch);
 
 /// Processes by the wall clock: this one, which watches; the table builder, forked from it and forked anew
 /// when it dies; palpate-loop; and palpate-falcon-sim unless the scene's device is a real one. A loop that

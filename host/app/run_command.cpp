@@ -255,7 +255,7 @@ int run(const RunOptions& options) {
     record::OutputDirectory out(output_directory(options));
     const bool is_virtual = scene.run.clock == "virtual";
     std::optional<Scratch> scratch;  // before the bake: what cannot be made is said at once
-    if (!is_virtual) scratch.emplace();
+    if (!is_virtual) require_device_input(scene, scratch.emplace());
     Progress progress(options.quiet);
     Operator rig;
 #ifdef PALPATE_HAS_RIG

@@ -227,7 +227,10 @@ TEST_CASE("a bad option or argument is refused by its name", "[bad]") {
     CHECK_THAT(Refused(folder, {"--nonsense"}).outcome.err, Contains("--nonsense"));
     CHECK_THAT(Refused(folder, {"--clock", "sand"}).outcome.err, Contains("--clock") && Contains("sand"));
     CHECK_THAT(Refused(folder, {"--duration", "-1"}).outcome.err, Contains("--duration"));
-    CHECK_THAT(Refused(folder, {"--device", "usb"}).outcome.err, Contains("usb"));
+    CHECK_THAT(Refused(folder, {"--device", "usb", "--firmware", "/nowhere.bin"}).outcome.err,
+               Contains("/nowhere.bin: No such file"));
+    CHECK_THAT(Refused(folder, {"--device", "link"}).outcome.err,
+               Contains("sim, usb or usb:SERIAL is expected, not link"));
     CHECK_THAT(Refused(folder, {"--check", "none"}).outcome.err, Contains("--check"));
     CHECK(call(PAL_PALPATE_PROGRAM, {}, folder).code == 2);
     CHECK(call(PAL_PALPATE_PROGRAM, {"sing"}, folder).code == 2);

@@ -117,7 +117,7 @@ TEST_CASE("an unknown key is refused and the nearest known one named") {
     for (const char* later :
          {"include = []", "[map]", "[[layer]]", "[[inclusion]]", "[touch]\nfriction = [0, 0]",
           "[touch]\ndamping_n_s_per_m = 1", "[touch]\npassivity = \"off\"", "[hand]\nmotion = \"a\"",
-          "[device]\nmodel = \"x\"", "[device]\nfaults = []", "[skin]\nthrough_thickness = true",
+          "[device]\nfaults = []", "[skin]\nthrough_thickness = true",
           "[patch]\nrigidity_sampling = \"linear\""}) {
         INFO(later);
         CHECK(said(std::string(later) + "\n").find(" is unknown; the nearest known key is ") !=
