@@ -28,10 +28,11 @@ typedef enum pal_fault {
     PAL_FAULT_TABLE_BAD = 1 << 6,      ///< a table was refused by its check
     PAL_FAULT_FORCE_CLAMP = 1 << 7,    ///< |force| cut to force_max_n
     PAL_FAULT_MOTOR_CLAMP = 1 << 8,    ///< motor words scaled down together
-    PAL_FAULT_LATE = 1 << 9,           ///< no fresh sample (the last force held or faded), or the tick was stopped in its middle
-    PAL_FAULT_DEVICE_LOST = 1 << 10,   ///< 20 ticks or missed periods without a sample: zero, latched
-    PAL_FAULT_ESTOP = 1 << 11,         ///< emergency stop, latched
-    PAL_FAULT_HOST_LOST = 1 << 12      ///< the host process is gone
+    PAL_FAULT_LATE =
+        1 << 9,  ///< no fresh sample: the last force held or faded; or the tick itself was stopped
+    PAL_FAULT_DEVICE_LOST = 1 << 10,  ///< 20 ticks or missed periods without a sample: zero, latched
+    PAL_FAULT_ESTOP = 1 << 11,        ///< emergency stop, latched
+    PAL_FAULT_HOST_LOST = 1 << 12     ///< the host process is gone
 } pal_fault;
 
 typedef struct pal_tick {

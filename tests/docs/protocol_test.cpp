@@ -54,8 +54,17 @@ Layout layout_of_host() {
 
 Layout layout_of_loop() {
     using T = pal_link_loop;
-    return {PAL_FIELD_OF(T, pid),        PAL_FIELD_OF(T, heartbeat),    PAL_FIELD_OF(T, ended),
-            PAL_FIELD_OF(T, end_reason), PAL_FIELD_OF(T, n_bad_tables), PAL_FIELD_OF(T, realtime), PAL_FIELD_OF(T, realtime_refused), PAL_FIELD_OF(T, n_minor_faults), PAL_FIELD_OF(T, n_major_faults), PAL_FIELD_OF(T, n_preempted), PAL_FIELD_OF(T, reserved)};
+    return {PAL_FIELD_OF(T, pid),
+            PAL_FIELD_OF(T, heartbeat),
+            PAL_FIELD_OF(T, ended),
+            PAL_FIELD_OF(T, end_reason),
+            PAL_FIELD_OF(T, n_bad_tables),
+            PAL_FIELD_OF(T, realtime),
+            PAL_FIELD_OF(T, realtime_refused),
+            PAL_FIELD_OF(T, n_minor_faults),
+            PAL_FIELD_OF(T, n_major_faults),
+            PAL_FIELD_OF(T, n_preempted),
+            PAL_FIELD_OF(T, reserved)};
 }
 
 Layout layout_of_table() {
