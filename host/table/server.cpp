@@ -71,7 +71,7 @@ bool Server::moved_on(const Eigen::Vector3d& tool_m, const contact::Foot& foot) 
 }
 
 std::optional<Server::Place> Server::track(const pal_tick& record) {
-    if (record.state != PAL_STATE_ENABLED) return std::nullopt;
+    if (!engaged_ && record.state != PAL_STATE_ENABLED) return std::nullopt;
     const Eigen::Vector3d tool_m =
         world_->on_object(Eigen::Map<const Eigen::Vector3f>(record.position_m).cast<double>());
     if (engaged_) contact_ = proxy_.follow(tool_m);

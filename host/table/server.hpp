@@ -24,9 +24,10 @@ public:
     /// Borrowed; must outlive the server.
     Server(const scene::World& world, const StiffnessField& field, const BuildOptions& options);
     /// A new table to publish after `record`, or nullptr: when the tool has moved on by 1.2 spacings of the
-    /// scan or a quarter of the last one's valid radius, or in or out by 0.5 mm. None before the
-    /// start ramp is over and the tool has been clear of the object once: homing may leave it inside or
-    /// behind, and a skin that appears around a tool would throw it.
+    /// scan or a quarter of the last one's valid radius, or in or out by 0.5 mm. None before the first start
+    /// ramp is over and the tool has been clear of the object once: homing may leave it inside or behind, and
+    /// a skin that appears around a tool would throw it. After that in every state: the ramp after a stop
+    /// needs the table of where the tool is now.
     [[nodiscard]] std::unique_ptr<pal_table> update(const pal_tick& record);
     /// The tracking of update() alone: for records of before this server, so that it goes on in the contact
     /// that an earlier one was following.

@@ -2,9 +2,11 @@
 
 #include <errno.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <sys/timerfd.h>
@@ -22,6 +24,7 @@ enum {
     MESSAGES_MAX = 64,  // taken from one client before the clock is looked at again
     N_CONTROLS = 4,
     PATH_BYTES = 128,
+    FIFO_PRIORITY = 70,
     ALL_HOMED = 7
 };
 // The device's listener stands before its client: a client that left before the next one came is then seen to
@@ -205,6 +208,14 @@ static void close_all(service* s) {
     }
 }
 
+// A device waits for no other program: below the loop's priority, above everything else, where that is
+// allowed.
+static void be_prompt(void) {
+    const struct sched_param priority = {.sched_priority = FIFO_PRIORITY};
+    (void)prctl(PR_SET_TIMERSLACK, 1UL);
+    (void)sched_setscheduler(0, SCHED_FIFO, &priority);
+}
+
 int pal_serve(const pal_serve_options* options) {
     service s;
     memset(&s, 0, sizeof s);
@@ -218,6 +229,7 @@ int pal_serve(const pal_serve_options* options) {
     char why[256] = "";
     const bool open = open_all(&s, why, sizeof why);
     if (open) {
+        be_prompt();
         run(&s);
     } else {
         (void)fprintf(stderr, "palpate-falcon-sim: %s\n", why);

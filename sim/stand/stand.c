@@ -65,11 +65,13 @@ void pal_stand_free(pal_stand* stand) {
     free(stand);
 }
 
-/// A table that was published before this tick is checked and used in this tick.
+/// One slice of a new table's check a tick. A table of the usual size, published before this tick, is checked
+/// and used in it.
 static const pal_loop_tables* tables_now(pal_stand* stand) {
     const bool fading = pal_loop_fading(&stand->loop_config, &stand->loop);
     const pal_loop_tables* tables = pal_intake_poll(&stand->intake, fading);
-    if (pal_intake_check(&stand->intake)) tables = pal_intake_poll(&stand->intake, fading);
+    if (pal_intake_check_slice(&stand->intake, PAL_INTAKE_SLICE_WORDS))
+        tables = pal_intake_poll(&stand->intake, fading);
     return tables;
 }
 

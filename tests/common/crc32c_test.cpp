@@ -58,3 +58,18 @@ TEST_CASE("every byte value at every place of the eight that are taken together 
         }
     }
 }
+
+TEST_CASE("the CRC of a whole is that of its pieces in turn, however it is cut") {
+    std::mt19937 random(3385);
+    std::vector<unsigned char> bytes(61);
+    for (unsigned char& byte : bytes) byte = static_cast<unsigned char>(random());
+    const std::uint32_t whole = bitwise(bytes.data(), bytes.size());
+    for (std::size_t a = 0; a <= bytes.size(); ++a) {
+        for (std::size_t b = a; b <= bytes.size(); ++b) {
+            std::uint32_t crc = pal_crc32c(bytes.data(), a);
+            crc = pal_crc32c_more(crc, bytes.data() + a, b - a);
+            REQUIRE(pal_crc32c_more(crc, bytes.data() + b, bytes.size() - b) == whole);
+        }
+    }
+    CHECK(pal_crc32c_more(0, bytes.data(), bytes.size()) == whole);
+}

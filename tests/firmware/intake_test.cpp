@@ -17,8 +17,8 @@ struct Bench {
         intake.ring = ring.get();
         intake.limits = pal_table_limits_default();
     }
-    void publish(std::uint64_t id, bool good = true) {
-        const auto table = tables::make({}, 17, 0.0, id);
+    void publish(std::uint64_t id, bool good = true, std::uint32_t n_nodes = 17) {
+        const auto table = tables::make({}, n_nodes, 0.0, id);
         if (!good) table->coef[100] = NAN;
         pal_table_seal(table.get());
         std::memcpy(pal_table_ring_back(ring.get()), table.get(), sizeof(pal_table));
@@ -123,6 +123,68 @@ TEST_CASE("an id that is rewritten in the table in use lets no older table in") 
     bench.publish(3);
     CHECK(bench.tick().n_bad == 1);
     CHECK(bench.intake.now_id == 5);
+}
+
+TEST_CASE("a check in slices ends with the last, and only then is the table used") {
+    Bench bench;
+    CHECK_FALSE(pal_intake_check_slice(&bench.intake, PAL_INTAKE_SLICE_WORDS));
+    bench.publish(1, true, 65);
+    for (int slice = 1; slice <= 10; ++slice) {
+        CHECK(pal_intake_poll(&bench.intake, false)->now == nullptr);
+        CHECK(pal_intake_check_slice(&bench.intake, PAL_INTAKE_SLICE_WORDS) == (slice == 10));
+    }
+    CHECK_FALSE(pal_intake_check_slice(&bench.intake, PAL_INTAKE_SLICE_WORDS));
+    REQUIRE(pal_intake_poll(&bench.intake, false)->now != nullptr);
+    CHECK(bench.intake.tables.now->id == 1);
+    bench.publish(2);
+    pal_intake_poll(&bench.intake, false);
+    CHECK(pal_intake_check_slice(&bench.intake, PAL_INTAKE_SLICE_WORDS));
+    CHECK(pal_intake_poll(&bench.intake, false)->now->id == 2);
+}
+
+TEST_CASE("a table that is refused in a slice leaves nothing behind for the next one's check") {
+    const auto n_words_max = GENERATE(as<std::uint32_t>{}, 1, 100, 1000, 4096);
+    Bench bench;
+    const auto sliced = [&] {
+        pal_intake_poll(&bench.intake, false);
+        while (!pal_intake_check_slice(&bench.intake, n_words_max)) pal_intake_poll(&bench.intake, false);
+        return pal_intake_poll(&bench.intake, false)->now;
+    };
+    for (std::uint64_t id = 1; id <= 20; ++id) {
+        const bool good = id % 2 == 0;
+        bench.publish(id, good, id % 3 == 0 ? 33 : 17);
+        const pal_table* now = sliced();
+        CHECK((now == nullptr ? 0 : now->id) == (good ? id : id - 1));
+    }
+    CHECK(bench.intake.tables.n_bad == 10);
+}
+
+TEST_CASE("the whole check takes up what slices have left") {
+    Bench bench;
+    bench.publish(1, true, 65);
+    pal_intake_poll(&bench.intake, false);
+    for (int slice = 0; slice < 5; ++slice) CHECK_FALSE(pal_intake_check_slice(&bench.intake, 4096));
+    CHECK(pal_intake_check(&bench.intake));
+    CHECK(pal_intake_poll(&bench.intake, false)->now->id == 1);
+}
+
+TEST_CASE("an id that is rewritten between two slices is refused and shuts out none that come after it") {
+    Bench bench;
+    bench.publish(1);
+    bench.tick();
+    const std::uint32_t n_slices = (9 * 19 * 19 + 35 + 99) / 100;
+    std::uint64_t id = 1;
+    for (std::uint32_t at = 1; at < n_slices; ++at) {
+        bench.publish(++id);
+        pal_intake_poll(&bench.intake, false);
+        for (std::uint32_t n = 1; n <= at; ++n) REQUIRE_FALSE(pal_intake_check_slice(&bench.intake, 100));
+        const_cast<pal_table*>(bench.intake.pending)->id = 0xFFFFFFFFFFFFFFFFU;
+        while (!pal_intake_check_slice(&bench.intake, 100)) {
+        }
+        CHECK(pal_intake_poll(&bench.intake, false)->n_bad == at);
+        bench.publish(++id);
+        CHECK(bench.tick().now->id == id);
+    }
 }
 
 TEST_CASE("writer, checker and tick in three threads: only whole, checked tables, ids only grow",

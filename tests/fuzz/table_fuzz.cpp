@@ -60,6 +60,19 @@ void check_touch(const pal_table& table, const pal_table_limits& limits, const s
     if (linear && n > 0.0) require(n <= 1.01 * force_bound_n(table, limits, touch));
 }
 
+/// In slices of any size the check says what it says at once, and ends.
+void check_slices(const pal_table& table, const pal_table_limits& limits, std::uint32_t n_words_max) {
+    const pal_err whole = pal_table_check(&table, &limits);
+    pal_table_checking checking{};
+    pal_err err = PAL_OK;
+    std::uint32_t n_slices = 1;
+    while (!pal_table_check_slice(&checking, &table, &limits, n_words_max, &err)) {
+        require(err == PAL_OK && n_slices * n_words_max < 3U * PAL_TABLE_COEFS_MAX + 35U);
+        ++n_slices;
+    }
+    require(err == whole);
+}
+
 void check(const pal_table& table, const std::array<float, 3>& at_m) {
     const pal_table_limits limits = pal_table_limits_default();
     if (pal_table_check(&table, &limits) != PAL_OK) return;
@@ -94,6 +107,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         std::memcpy(&table, bytes.data(), std::min(bytes.size(), sizeof table));
     }
     if (kind % 3 != 0) pal_table_seal(&table);
+    check_slices(table, pal_table_limits_default(), 1U + kind * kind);
     check(table, at_m);
     return 0;
 }

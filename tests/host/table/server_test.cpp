@@ -48,6 +48,14 @@ TEST_CASE("no table before the loop is enabled, nor while the tool has not been 
     CHECK(s.server->update(tool(0, 0.001F)));  // pressed in 2 mm
 }
 
+TEST_CASE("after a stop tables go on coming while the loop is held and while its ramp runs") {
+    const Served s = serve_sheet();
+    REQUIRE(s.server->update(tool(0, 0.004F)));
+    CHECK(s.server->update(tool(0.002F, 0.002F, PAL_STATE_FAULT)));
+    CHECK(s.server->update(tool(0.004F, 0.002F, PAL_STATE_RAMP)));
+    CHECK(s.server->update(tool(0.006F, 0.002F, PAL_STATE_PAUSED)));
+}
+
 TEST_CASE("a new table comes when the tool has moved on, and only then") {
     const Served s = serve_sheet();
     CHECK(s.server->update(tool(0, 0.004F)));
