@@ -36,13 +36,17 @@ static uint32_t crc_of_four(uint32_t word, int n_after) {
            CRC_OF_BYTE[n_after + 1][word >> 16 & 0xFFU] ^ CRC_OF_BYTE[n_after][word >> 24];
 }
 
-uint32_t pal_crc32c(const void* bytes, size_t n_bytes) {
+uint32_t pal_crc32c_more(uint32_t crc_so_far, const void* bytes, size_t n_bytes) {
     const unsigned char* at = (const unsigned char*)bytes;
-    uint32_t crc = 0xFFFFFFFFU;
+    uint32_t crc = ~crc_so_far;
     // Eight at a time ("slicing by 8", Kounavis and Berry 2005): the look-ups do not wait for each other.
     for (; n_bytes >= 8; n_bytes -= 8, at += 8) {
         crc = crc_of_four(crc ^ little_endian(at), 4) ^ crc_of_four(little_endian(at + 4), 0);
     }
     for (; n_bytes > 0; --n_bytes, ++at) crc = CRC_OF_BYTE[0][(crc ^ *at) & 0xFFU] ^ (crc >> 8);
     return ~crc;
+}
+
+uint32_t pal_crc32c(const void* bytes, size_t n_bytes) {
+    return pal_crc32c_more(0, bytes, n_bytes);  // of nothing: 0
 }

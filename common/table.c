@@ -15,6 +15,9 @@ static const float PSI_MAX = 1.0e4F;
 static const float AXES_TOLERANCE = 1.0e-4F;
 enum { PSI_CELLS = 32, PSI_CELLS_PER_UNIT = 4 };  // depth up to eight times the thickness
 
+enum { STAGE_BEGIN = 0, STAGE_CRC, STAGE_FINITE, STAGE_FIELDS, STAGE_END };  // of a check
+enum { WORD_BYTES = 4 };
+
 static bool within(float x, float low, float high) {
     return x >= low && x <= high;  // false for NaN
 }
@@ -61,25 +64,25 @@ bool pal_table_header_ok(const pal_table* table) {
            table->law <= PAL_LAW_NORMAL;
 }
 
+static uint32_t coefs_of(uint32_t n_nodes) {
+    return 3U * (n_nodes + 2U) * (n_nodes + 2U);
+}
+
 static pal_err check_identity(const pal_table* table, uint32_t n_nodes) {
     if (table->magic == MAGIC_SWAPPED) return PAL_ERR_ENDIAN;
     if (table->magic != PAL_TABLE_MAGIC) return PAL_ERR_MAGIC;
     if (table->abi != PAL_TABLE_ABI) return PAL_ERR_ABI;
     const uint32_t n_bytes = pal_table_bytes(n_nodes);
-    if (n_bytes == 0 || n_nodes % 2 == 0 || table->n_bytes != n_bytes) return PAL_ERR_SIZE;
-    if (table->crc32c != crc_of(table, n_bytes)) return PAL_ERR_CRC;
-    if (table->id == 0 || table->law > PAL_LAW_NORMAL) return PAL_ERR_RANGE;
-    return PAL_OK;
+    return n_bytes == 0 || n_nodes % 2 == 0 || table->n_bytes != n_bytes ? PAL_ERR_SIZE : PAL_OK;
 }
 
-static pal_err check_finite(const pal_table* table, uint32_t n_coefs) {
+static bool header_finite(const pal_table* table) {
     bool ok = finite(table->spacing_m) && finite(table->valid_radius_m) && finite(table->kappa_per_m) &&
               finite(table->error_k_relative) && finite(table->depth_scale_m);
     for (int i = 0; i < 5; ++i) ok = ok && finite(table->psi[i]);
     for (int i = 0; i < 3; ++i) ok = ok && finite(table->p0_m[i]) && finite(table->made_for_m[i]);
     for (int i = 0; i < 9; ++i) ok = ok && finite(table->axes[i]);
-    for (uint32_t i = 0; i < n_coefs; ++i) ok = ok && finite(table->coef[i]);
-    return ok ? PAL_OK : PAL_ERR_NOT_FINITE;
+    return ok;
 }
 
 static bool axes_orthonormal(const float axes[9]) {
@@ -136,39 +139,111 @@ static pal_err check_numbers(const pal_table* table, uint32_t n_nodes) {
     return ok ? PAL_OK : PAL_ERR_RANGE;
 }
 
-// Neighbouring coefficients of one plane differ by at most `step_max`, all lie in [low, high].
-static bool plane_ok(const float* plane, uint32_t side, float low, float high, float step_max) {
-    for (uint32_t i = 0; i < side; ++i) {
-        for (uint32_t j = 0; j < side; ++j) {
-            const float c = plane[i * side + j];
-            if (!within(c, low, high)) return false;
-            if (i > 0 && !(magnitude(c - plane[(i - 1) * side + j]) <= step_max)) return false;
-            if (j > 0 && !(magnitude(c - plane[i * side + j - 1]) <= step_max)) return false;
-        }
+// What the coefficients of one plane must obey: all in [low, high], neighbours at most `step_max` apart.
+typedef struct plane_limits {
+    float low, high, step_max;
+} plane_limits;
+
+static plane_limits limits_of(const pal_table* table, uint32_t plane, const pal_table_limits* limits) {
+    static const float SMALLEST = 1.0e-6F;  // K > 0
+    const float step_m = table->spacing_m;
+    if (plane == 0) return (plane_limits){-HEIGHT_MAX_M, HEIGHT_MAX_M, limits->surface_slope_max * step_m};
+    if (plane == 1)
+        return (plane_limits){SMALLEST, limits->stiffness_max_n_per_m,
+                              limits->stiffness_slope_max_n_per_m2 * step_m};
+    return (plane_limits){0.0F, DEPTH_SCALE_MAX_PER_M, DEPTH_SCALE_MAX_PER_M};
+}
+
+// `n` coefficients of row `i` from column `j` on; `at` is the first.
+static bool row_ok(const float* at, uint32_t n, uint32_t i, uint32_t j, uint32_t side,
+                   const plane_limits* limits) {
+    for (uint32_t k = 0; k < n; ++k) {
+        const float* c = at + k;
+        if (!within(*c, limits->low, limits->high)) return false;
+        if (i > 0 && !(magnitude(*c - *(c - side)) <= limits->step_max)) return false;
+        if (j + k > 0 && !(magnitude(*c - *(c - 1)) <= limits->step_max)) return false;
     }
     return true;
 }
 
-static pal_err check_fields(const pal_table* table, uint32_t side, const pal_table_limits* limits) {
-    static const float SMALLEST = 1.0e-6F;  // K > 0
-    const uint32_t n_plane = side * side;
-    const float step_m = table->spacing_m;
-    const float k_max = limits->stiffness_max_n_per_m;
-    const bool ok =
-        plane_ok(table->coef, side, -HEIGHT_MAX_M, HEIGHT_MAX_M, limits->surface_slope_max * step_m) &&
-        plane_ok(table->coef + n_plane, side, SMALLEST, k_max,
-                 limits->stiffness_slope_max_n_per_m2 * step_m) &&
-        plane_ok(table->coef + 2 * n_plane, side, 0.0F, DEPTH_SCALE_MAX_PER_M, DEPTH_SCALE_MAX_PER_M);
-    return ok ? PAL_OK : PAL_ERR_RANGE;
+static uint32_t least(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
+}
+
+static void next_stage(pal_table_checking* checking, uint32_t stage) {
+    checking->stage = stage;
+    checking->place = 0;
+}
+
+// Once: a broken writer in another process must not move the sizes between check and use.
+static pal_err begin(pal_table_checking* checking, const pal_table* table) {
+    checking->n_nodes = pal_atomic_load_relaxed(&table->n_nodes);
+    checking->crc = 0;
+    next_stage(checking, STAGE_CRC);
+    return check_identity(table, checking->n_nodes);
+}
+
+static pal_err slice_crc(pal_table_checking* checking, const pal_table* table, uint32_t* n_left) {
+    const uint32_t n_bytes = pal_table_bytes(checking->n_nodes) - (uint32_t)offsetof(pal_table, id);
+    const uint32_t n = least(*n_left, n_bytes / WORD_BYTES - checking->place);
+    const unsigned char* at = (const unsigned char*)&table->id + (size_t)checking->place * WORD_BYTES;
+    checking->crc = pal_crc32c_more(checking->crc, at, (size_t)n * WORD_BYTES);
+    checking->place += n;
+    *n_left -= n;
+    if (checking->place * WORD_BYTES < n_bytes) return PAL_OK;
+    if (table->crc32c != checking->crc) return PAL_ERR_CRC;
+    if (table->id == 0 || table->law > PAL_LAW_NORMAL) return PAL_ERR_RANGE;
+    next_stage(checking, STAGE_FINITE);
+    return header_finite(table) ? PAL_OK : PAL_ERR_NOT_FINITE;
+}
+
+static pal_err slice_finite(pal_table_checking* checking, const pal_table* table, uint32_t* n_left) {
+    const uint32_t n_coefs = coefs_of(checking->n_nodes);
+    const uint32_t n = least(*n_left, n_coefs - checking->place);
+    const float* at = table->coef + checking->place;
+    bool ok = true;
+    for (uint32_t i = 0; i < n; ++i) ok = ok && finite(at[i]);
+    checking->place += n;
+    *n_left -= n;
+    if (!ok) return PAL_ERR_NOT_FINITE;
+    if (checking->place < n_coefs) return PAL_OK;
+    next_stage(checking, STAGE_FIELDS);
+    return check_numbers(table, checking->n_nodes);
+}
+
+static pal_err slice_fields(pal_table_checking* checking, const pal_table* table,
+                            const pal_table_limits* limits, uint32_t* n_left) {
+    const uint32_t side = checking->n_nodes + 2U;
+    const uint32_t n_coefs = coefs_of(checking->n_nodes);
+    while (*n_left > 0 && checking->place < n_coefs) {
+        const uint32_t i = checking->place / side % side;
+        const uint32_t j = checking->place % side;
+        const plane_limits of_plane = limits_of(table, checking->place / (side * side), limits);
+        const uint32_t n = least(*n_left, side - j);
+        if (!row_ok(table->coef + checking->place, n, i, j, side, &of_plane)) return PAL_ERR_RANGE;
+        checking->place += n;
+        *n_left -= n;
+    }
+    if (checking->place == n_coefs) next_stage(checking, STAGE_END);
+    return PAL_OK;
+}
+
+bool pal_table_check_slice(pal_table_checking* checking, const pal_table* table,
+                           const pal_table_limits* limits, uint32_t n_words_max, pal_err* err) {
+    uint32_t n_left = n_words_max > 0 ? n_words_max : 1U;
+    *err = checking->stage == STAGE_BEGIN ? begin(checking, table) : PAL_OK;
+    if (*err == PAL_OK && checking->stage == STAGE_CRC) *err = slice_crc(checking, table, &n_left);
+    if (*err == PAL_OK && checking->stage == STAGE_FINITE) *err = slice_finite(checking, table, &n_left);
+    if (*err == PAL_OK && checking->stage == STAGE_FIELDS)
+        *err = slice_fields(checking, table, limits, &n_left);
+    if (*err == PAL_OK && checking->stage != STAGE_END) return false;
+    *checking = (pal_table_checking){.stage = STAGE_BEGIN};
+    return true;
 }
 
 pal_err pal_table_check(const pal_table* table, const pal_table_limits* limits) {
-    // Once: a broken writer in another process must not move the sizes between check and use.
-    const uint32_t n_nodes = pal_atomic_load_relaxed(&table->n_nodes);
-    pal_err err = check_identity(table, n_nodes);
-    const uint32_t side = n_nodes + 2;
-    if (err == PAL_OK) err = check_finite(table, 3 * side * side);
-    if (err == PAL_OK) err = check_numbers(table, n_nodes);
-    if (err == PAL_OK) err = check_fields(table, side, limits);
+    pal_table_checking checking = {.stage = STAGE_BEGIN};
+    pal_err err;
+    (void)pal_table_check_slice(&checking, table, limits, UINT32_MAX, &err);
     return err;
 }

@@ -93,6 +93,23 @@ void pal_table_seal(pal_table* table);
 /// `n_nodes` once. Cost: about 0.8 ns a byte, half of it the CRC (tests/bench, "arrival/whole check"): 40 us
 /// for the largest table, so never in the tick.
 pal_err pal_table_check(const pal_table* table, const pal_table_limits* limits);
+
+/// How far a check in slices has come. Zero-initialise; zero again when it has ended.
+typedef struct pal_table_checking {
+    uint32_t stage;
+    uint32_t n_nodes;  ///< as read once, at the start
+    uint32_t place;    ///< next word of this stage
+    uint32_t crc;      ///< of the words before it
+} pal_table_checking;
+
+/// pal_table_check in slices, where there is no second thread to run it in: looks at up to `n_words_max` (at
+/// least 1) words of the table, a word once in each of its three passes (the third looks back at two
+/// neighbours), and at the header. True when it has ended, *err then being what pal_table_check gives; false:
+/// *err is PAL_OK so far. A table of c coefficients takes 3 c + 35 words. One that is rewritten between two
+/// slices may be passed though no moment's bytes were good: no worse than one that is rewritten after its
+/// check, which the tick's own copy and clamp answer (docs/PROTOCOL.md §2).
+bool pal_table_check_slice(pal_table_checking* checking, const pal_table* table,
+                           const pal_table_limits* limits, uint32_t n_words_max, pal_err* err);
 /// Header only, for the tick: magic, abi, sizes in range. A table that passed pal_table_check passes.
 bool pal_table_header_ok(const pal_table* table);
 

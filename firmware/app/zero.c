@@ -6,41 +6,29 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-#include "firmware/app/session.h"
-#include "firmware/falcon/wire.h"
+#include "firmware/app/takeover.h"
 #include "firmware/port/linux/clock_loop.h"
 #include "firmware/port/linux/device_socket.h"
 
-enum { EXIT_DONE = 0, EXIT_DEVICE = 3, ANSWER_MAX_TICKS = 200, TRIES_MAX = 200, RETRY_TICKS = 5 };
+enum { EXIT_DONE = 0, EXIT_DEVICE = 3, TRIES_MAX = 200, RETRY_TICKS = 5 };
 
 static const uint64_t TICK_NS = 1000000U;
 
-typedef enum outcome { ZERO_ANSWERED, ZERO_HUNG_UP, ZERO_SILENT } outcome;
-
-// PAL_SESSION_ZERO_TICKS packets, and until one is answered a few more.
-static outcome send_zeros(const pal_device* device, pal_clock_loop* clock) {
-    const pal_drive zero = {.motor_counts = {0, 0, 0}};
-    uint8_t request[PAL_WIRE_BYTES];
-    uint8_t reply[PAL_WIRE_BYTES];
-    bool answered = false;
-    pal_wire_encode(&zero, request);
-    for (int n = 0; n < ANSWER_MAX_TICKS; ++n) {
-        const bool enough = n >= PAL_SESSION_ZERO_TICKS;
-        const pal_device_news news = device->collect(device->context, reply);
-        answered = answered || news == PAL_DEVICE_FRESH;
-        if (enough && answered) return ZERO_ANSWERED;
-        if (news == PAL_DEVICE_GONE || device->send(device->context, request) == PAL_DEVICE_GONE)
-            return ZERO_HUNG_UP;
+static pal_takeover_end take_over(const pal_device* device, pal_clock_loop* clock) {
+    pal_takeover takeover = {.n_ticks = 0};
+    pal_takeover_end end = pal_takeover_tick(&takeover, device);
+    while (end == PAL_TAKEOVER_RUNS) {
         (void)pal_clock_loop_wait(clock);
+        end = pal_takeover_tick(&takeover, device);
     }
-    return ZERO_SILENT;
+    return end;
 }
 
 static int zero_socket(const char* path) {
-    outcome how = ZERO_HUNG_UP;
+    pal_takeover_end how = PAL_TAKEOVER_HUNG_UP;
     pal_clock_loop clock;
     pal_clock_loop_start(&clock, TICK_NS);
-    for (int n = 0; n < TRIES_MAX && how == ZERO_HUNG_UP; ++n) {
+    for (int n = 0; n < TRIES_MAX && how == PAL_TAKEOVER_HUNG_UP; ++n) {
         pal_device_socket socket;
         pal_device device;
         const pal_err err = pal_device_socket_open(&socket, path, &device);
@@ -49,13 +37,15 @@ static int zero_socket(const char* path) {
                           err == PAL_ERR_IO ? strerror(errno) : "path too long for a socket");
             return EXIT_DEVICE;
         }
-        how = send_zeros(&device, &clock);
+        how = take_over(&device, &clock);
         pal_device_socket_close(&socket);
-        for (int i = 0; i < RETRY_TICKS && how == ZERO_HUNG_UP; ++i) (void)pal_clock_loop_wait(&clock);
+        for (int i = 0; i < RETRY_TICKS && how == PAL_TAKEOVER_HUNG_UP; ++i)
+            (void)pal_clock_loop_wait(&clock);
     }
-    if (how == ZERO_ANSWERED) return EXIT_DONE;
-    (void)fprintf(stderr, "palpate-loop: --device link:%s: %s\n", path,
-                  how == ZERO_SILENT ? "the device does not answer" : "another program holds the device");
+    if (how == PAL_TAKEOVER_DONE) return EXIT_DONE;
+    (void)fprintf(
+        stderr, "palpate-loop: --device link:%s: %s\n", path,
+        how == PAL_TAKEOVER_SILENT ? "the device does not answer" : "another program holds the device");
     return EXIT_DEVICE;
 }
 

@@ -53,12 +53,14 @@ static uint64_t id_of(const pal_table* table) {
     return id;
 }
 
-bool pal_intake_check(pal_intake* intake) {
+bool pal_intake_check_slice(pal_intake* intake, uint32_t n_words_max) {
     if (load(intake) != PAL_INTAKE_PENDING) return false;
     pal_note_read(&intake->pending);
     const pal_table* table = intake->pending;
-    const uint64_t id = id_of(table);
-    pal_err err = pal_table_check(table, &intake->limits);
+    if (intake->checking.stage == 0) intake->checking_id = id_of(table);
+    const uint64_t id = intake->checking_id;
+    pal_err err;
+    if (!pal_table_check_slice(&intake->checking, table, &intake->limits, n_words_max, &err)) return false;
     pal_note_read(&intake->now_id);
     // Unchanged: an id that a broken writer spoils meanwhile must not shut out all that come after it.
     if (err == PAL_OK && (id <= intake->now_id || id_of(table) != id)) err = PAL_ERR_RANGE;
@@ -67,4 +69,8 @@ bool pal_intake_check(pal_intake* intake) {
     if (err != PAL_OK) intake->last_err = (uint32_t)-err;
     store(intake, err == PAL_OK ? PAL_INTAKE_GOOD : PAL_INTAKE_BAD);
     return true;
+}
+
+bool pal_intake_check(pal_intake* intake) {
+    return pal_intake_check_slice(intake, UINT32_MAX);
 }

@@ -1,6 +1,6 @@
 /// Between the table ring and the tick: takes the newest table when no fade runs, has it checked before its
-/// first use, refuses a bad one. The check may run elsewhere (a thread of the loop process) or in line
-/// (virtual time).
+/// first use, refuses a bad one. The check runs elsewhere (a thread of the loop process) or, where there is
+/// no second thread (virtual time, a microcontroller), in slices, one a tick.
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,6 +18,12 @@ typedef enum pal_intake_state {
     PAL_INTAKE_BAD = 3
 } pal_intake_state;
 
+enum {
+    /// Words of a table that a slice of its check looks at: the usual table of 17 nodes is checked in one
+    /// slice, the largest, of 65, in 10.
+    PAL_INTAKE_SLICE_WORDS = 4096
+};
+
 /// Zero-initialise, then set ring and limits.
 typedef struct pal_intake {
     pal_table_ring* ring;
@@ -27,14 +33,20 @@ typedef struct pal_intake {
     bool refused;              ///< the ring's current table was refused and not yet replaced
     const pal_table* pending;  ///< taken and not yet in use: the tick's, and the checker's while PENDING
     uint64_t pending_id, now_id;  ///< as checked; of the table in use, 0: none
+    pal_table_checking checking;  ///< the checker's alone; zero between two tables
+    uint64_t checking_id;         ///< the checker's alone: as read when the check began
     pal_loop_tables tables;
 } pal_intake;
 
 /// Tick: moves things on (never blocks) and gives the tables for this tick.
 const pal_loop_tables* pal_intake_poll(pal_intake* intake, bool fading);
-/// Checker: checks the pending table, if any; an id that is not newer than the one in use is refused. True
-/// when it did.
+/// Checker: checks the pending table, if any, or what slices have left of it; an id that is not newer than
+/// the one in use is refused. True when it did.
 bool pal_intake_check(pal_intake* intake);
+/// Checker: the same in slices, each of at most `n_words_max` words (pal_table_check_slice). True when the
+/// pending table's check ended with this one; the next poll then acts on it. A writer that rewrites a table
+/// between two slices gets no further than one that does so after the check.
+bool pal_intake_check_slice(pal_intake* intake, uint32_t n_words_max);
 
 #ifdef __cplusplus
 }

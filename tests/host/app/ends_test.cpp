@@ -17,8 +17,8 @@ using Catch::Matchers::StartsWith;
 TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both with its motors off",
           "[ends]") {
     Pressing run;
-    run.palpate.send(SIGKILL);
-    CHECK(run.palpate.wait() == -SIGKILL);
+    run.palpate->send(SIGKILL);
+    CHECK(run.palpate->wait() == -SIGKILL);
     CHECK(wait_for_orphan(run.loop) == 3);
     CHECK(wait_for_orphan(run.builder) == -SIGKILL);
     nlohmann::json status;
@@ -40,7 +40,7 @@ TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both 
 
     // What it could not remove itself, the next run does.
     CHECK(scratch_in(run.folder).size() == 1);
-    CHECK(segments_of(run.palpate.pid()).size() == 1);
+    CHECK(segments_of(run.palpate->pid()).size() == 1);
     const Outcome next = call(PAL_PALPATE_PROGRAM,
                               {"run", write_sheet(run.folder.path()), "--clock", "real", "--duration", "0.2",
                                "--out", (run.folder / "result").string()},
@@ -48,7 +48,7 @@ TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both 
     INFO(next.err);
     CHECK(next.code == 0);
     const std::string orphan =
-        "orphan-palpate-" + std::to_string(getuid()) + "-" + std::to_string(run.palpate.pid()) + ".palrec";
+        "orphan-palpate-" + std::to_string(getuid()) + "-" + std::to_string(run.palpate->pid()) + ".palrec";
     CHECK_THAT(next.err, Contains("a run that was killed left its last "));
     const palpate::record::Record left = palpate::record::read(run.folder / "result" / orphan);
     CHECK(left.ticks.size() > 700);
@@ -60,7 +60,7 @@ TEST_CASE("the loop is killed or stands still: palpate sends zero force in its p
     const int signal = GENERATE(as<int>{}, SIGKILL, SIGSTOP);
     Pressing run;
     kill(run.loop, signal);
-    CHECK(run.palpate.wait() == 3);
+    CHECK(run.palpate->wait() == 3);
     const nlohmann::json summary = run.summary();
     CHECK(summary["verdict"] == "fail");
     const std::string failure = summary["failure"];
@@ -69,7 +69,7 @@ TEST_CASE("the loop is killed or stands still: palpate sends zero force in its p
     } else {
         CHECK_THAT(failure, StartsWith("palpate-loop stood still at tick ") && EndsWith(" and was killed"));
     }
-    CHECK_THAT(run.palpate.err(), Contains(failure));
+    CHECK_THAT(run.palpate->err(), Contains(failure));
     INFO(summary["device"] << summary["supervision"]);
     CHECK(summary["supervision"]["take_over"]["done"] == true);
     CHECK(summary["supervision"]["take_over"]["words"] == "palpate sent zero force in its place");
@@ -89,8 +89,8 @@ TEST_CASE("the table builder is killed: another goes on in the same contact, and
     pid_t next = 0;
     do {
         look_again();
-        REQUIRE(run.palpate.running());
-        next = child_of(run.palpate.pid(), "palpate-tables");
+        REQUIRE(run.palpate->running());
+        next = child_of(run.palpate->pid(), "palpate-tables");
     } while (next == 0 || next == run.builder);
     const std::uint64_t first_id = std::uint64_t{1} << 32;  // of the second builder
     const auto uses_it = [&] {
@@ -99,10 +99,10 @@ TEST_CASE("the table builder is killed: another goes on in the same contact, and
     };
     while (!uses_it()) {
         look_again();
-        REQUIRE(run.palpate.running());
+        REQUIRE(run.palpate->running());
     }
-    run.palpate.send(SIGINT);
-    CHECK(run.palpate.wait() == 130);
+    run.palpate->send(SIGINT);
+    CHECK(run.palpate->wait() == 130);
     const nlohmann::json summary = run.summary();
     INFO(summary["supervision"]);
     REQUIRE(summary["supervision"]["table_builder_restarts"].size() == 1);
@@ -119,7 +119,7 @@ TEST_CASE("the table builder is killed: another goes on in the same contact, and
 TEST_CASE("the device is killed: the loop notices, palpate names the device and not the loop", "[ends]") {
     Pressing run;
     kill(run.device, SIGKILL);
-    CHECK(run.palpate.wait() == 3);
+    CHECK(run.palpate->wait() == 3);
     CHECK(run.summary()["verdict"] == "fail");
     CHECK(run.summary()["failure"] == "palpate-falcon-sim ended in mid-run (signal 9); see log.txt");
     CHECK(run.summary()["device"]["no_answer"] == true);
@@ -130,7 +130,7 @@ TEST_CASE("the device is killed: the loop notices, palpate names the device and 
 TEST_CASE("palpate stops without dying: the loop takes it for lost, and palpate says so when it goes on",
           "[ends]") {
     Pressing run;
-    run.palpate.send(SIGSTOP);
+    run.palpate->send(SIGSTOP);
     nlohmann::json status;
     do {
         look_again();
@@ -138,8 +138,8 @@ TEST_CASE("palpate stops without dying: the loop takes it for lost, and palpate 
         REQUIRE_FALSE(status.is_null());
     } while (status["connected"] == true);
     CHECK(motors_at_rest(status));
-    run.palpate.send(SIGCONT);
-    CHECK(run.palpate.wait() == 3);
+    run.palpate->send(SIGCONT);
+    CHECK(run.palpate->wait() == 3);
     CHECK(run.summary()["failure"] == "palpate-loop ended in mid-run (exit 3, host-lost); see log.txt");
     run.check_nothing_is_left();
 }
@@ -147,8 +147,8 @@ TEST_CASE("palpate stops without dying: the loop takes it for lost, and palpate 
 TEST_CASE("an interrupt ends a run in real time after zero force, with its results written", "[ends]") {
     const int signal = GENERATE(as<int>{}, SIGINT, SIGTERM);
     Pressing run;
-    run.palpate.send(signal);
-    CHECK(run.palpate.wait() == 130);
+    run.palpate->send(signal);
+    CHECK(run.palpate->wait() == 130);
     const nlohmann::json summary = run.summary();
     CHECK(summary["verdict"] == "interrupted");
     CHECK(summary["failure"] == "");

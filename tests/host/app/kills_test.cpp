@@ -32,21 +32,21 @@ void wait_for_any_moment(std::mt19937& random) {
 /// The table builder's next life, and that the loop uses a table of it.
 void kill_the_builder(Pressing& run, std::mt19937& random) {
     wait_for_any_moment(random);
-    const pid_t victim = child_of(run.palpate.pid(), "palpate-tables");
+    const pid_t victim = child_of(run.palpate->pid(), "palpate-tables");
     REQUIRE(victim > 0);
     kill(victim, SIGKILL);
     pid_t next = 0;
     while (next == 0 || next == victim) {
         look_again();
-        REQUIRE(run.palpate.running());
-        next = child_of(run.palpate.pid(), "palpate-tables");
+        REQUIRE(run.palpate->running());
+        next = child_of(run.palpate->pid(), "palpate-tables");
     }
 }
 
 /// Ends the run and reads what became of its builders; the longest time from a death to the next table, s.
 double check_builders(Pressing& run, int n_killed) {
-    run.palpate.send(SIGINT);
-    REQUIRE(run.palpate.wait() == 130);
+    run.palpate->send(SIGINT);
+    REQUIRE(run.palpate->wait() == 130);
     const nlohmann::json summary = run.summary();
     CHECK(motors_at_rest(summary["device"]));
     CHECK(summary["supervision"]["n_records_lost"] == 0);
@@ -74,7 +74,7 @@ void kill_the_loop(std::mt19937& random) {
     Pressing run;
     wait_for_any_moment(random);
     kill(run.loop, SIGKILL);
-    CHECK(run.palpate.wait() == 3);
+    CHECK(run.palpate->wait() == 3);
     const nlohmann::json summary = run.summary();
     INFO(summary["device"] << summary["supervision"]);
     CHECK(summary["supervision"]["take_over"]["done"] == true);
@@ -85,8 +85,8 @@ void kill_the_loop(std::mt19937& random) {
 void kill_palpate(std::mt19937& random) {
     Pressing run;
     wait_for_any_moment(random);
-    run.palpate.send(SIGKILL);
-    CHECK(run.palpate.wait() == -SIGKILL);
+    run.palpate->send(SIGKILL);
+    CHECK(run.palpate->wait() == -SIGKILL);
     CHECK(wait_for_orphan(run.loop) == 3);
     CHECK(wait_for_orphan(run.builder) == -SIGKILL);
     nlohmann::json status;
@@ -100,7 +100,8 @@ void kill_palpate(std::mt19937& random) {
     kill(run.device, SIGTERM);  // it would linger for 5 s, to be asked
     CHECK(wait_for_orphan(run.device) == 0);
     CHECK(no_children());
-    CHECK(segments_of(run.palpate.pid()).size() == 1);  // the next run keeps its flight record and removes it
+    CHECK(segments_of(run.palpate->pid()).size() ==
+          1);  // the next run keeps its flight record and removes it
 }
 
 }  // namespace
@@ -121,7 +122,7 @@ TEST_CASE("whoever is killed, at whatever moment: motors at rest, nothing torn, 
         i += n_here;
         for (int k = 0; k < KILLS_IN_A_RUN / 2 && i < n; ++k, ++i) kill_the_loop(random);
         for (int k = 0; k < KILLS_IN_A_RUN / 2 && i < n; ++k, ++i) kill_palpate(random);
-        last = run.palpate.pid();
+        last = run.palpate->pid();
     }
     CHECK(segments_of(last).empty());
     std::cout << n << " kills, " << n_builders << " of table builders; the next one's first table after "

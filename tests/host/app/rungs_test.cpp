@@ -34,7 +34,7 @@ void let_it_go_on(Pressing& run) {
     const int from = device_status(run.folder)["path_tick"];
     while (device_status(run.folder)["path_tick"] < from + 1000) {
         look_again();
-        REQUIRE(run.palpate.running());
+        REQUIRE(run.palpate->running());
     }
 }
 
@@ -47,8 +47,8 @@ struct Ended {
 /// Ends the run; what holds of every run is checked here: a latched stop is no force, and no force is above
 /// its limit.
 Ended end(Pressing& run) {
-    run.palpate.send(SIGINT);
-    REQUIRE(run.palpate.wait() == 130);
+    run.palpate->send(SIGINT);
+    REQUIRE(run.palpate->wait() == 130);
     Ended ended{record::read(run.folder / "result" / "run.palrec"), run.summary()};
     std::size_t n_unsafe = 0;
     for (const pal_tick& tick : ended.record.ticks) {
@@ -82,7 +82,7 @@ TEST_CASE("a loop that is stopped for 60 ms comes back with its stop latched, co
     let_it_go_on(run);
     while (motors_at_rest(device_status(run.folder))) {  // a simulated device is released by itself
         look_again();
-        REQUIRE(run.palpate.running());
+        REQUIRE(run.palpate->running());
     }
     const Ended ended = end(run);
     check_stop(run, ended, "device-lost");
