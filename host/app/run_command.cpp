@@ -83,7 +83,8 @@ void check_forces(const RunOptions& options, const Prepared& prepared, const Run
     } else {
         try {
             error = report::force_error(*prepared.world, result.ticks, touches, result.tables,
-                                        loop_model(prepared), options.check == "full", show);
+                                        loop_model(prepared),
+                                        options.check == "full" ? report::EVERY_TICK : report::SAMPLE, show);
         } catch (const Interrupted&) {
             why_not = "its computation was interrupted";
             summary["interrupted"] = true;

@@ -13,8 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t SAMPLE = 400;
-
 /// The four parts of one tick's error, and the reference.
 struct Checked {
     bool good = false;
@@ -122,12 +120,12 @@ void count(const pal_tick& tick, ForceError& error) {
 
 }  // namespace
 
-std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, bool full) {
+std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, std::size_t n_wanted) {
     std::vector<std::size_t> contact, chosen;
     for (std::size_t i = 1; i < touches.size(); ++i) {
         if (touches[i].contact()) contact.push_back(i);
     }
-    const std::size_t step = full ? 1 : std::max<std::size_t>(1, contact.size() / SAMPLE);
+    const std::size_t step = std::max<std::size_t>(1, contact.size() / n_wanted);
     for (std::size_t i = 0; i < contact.size(); i += step) chosen.push_back(contact[i]);
     return chosen;
 }
@@ -135,11 +133,11 @@ std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, bool ful
 std::optional<ForceError> force_error(const scene::World& world, std::span<const pal_tick> ticks,
                                       std::span<const Touch> touches,
                                       const std::map<std::uint64_t, record::TableBytes>& tables,
-                                      const LoopModel& loop, bool full,
+                                      const LoopModel& loop, std::size_t n_wanted,
                                       const std::function<void(double)>& progress) {
     ForceError error;
-    error.n_contact = ticks_to_check(touches, true).size();
-    const std::vector<std::size_t> chosen = ticks_to_check(touches, full);
+    error.n_contact = ticks_to_check(touches, EVERY_TICK).size();
+    const std::vector<std::size_t> chosen = ticks_to_check(touches, n_wanted);
     const auto reference = references(world, ticks, touches, chosen, progress);
     const TableSet set(tables);
     Accumulator whole, total, table, staleness, delay, quantisation;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -47,8 +48,11 @@ struct ForceError {
         quantisation;  ///< encoder counts, float and motor words, against exact numbers at the sensed place
 };
 
-/// Ticks to check: every n-th contact tick, n = contact ticks/400 rounded down (1 at least), or every one.
-[[nodiscard]] std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, bool full);
+inline constexpr std::size_t SAMPLE = 400;  ///< ticks wanted: enough for the figure of a run
+inline constexpr std::size_t EVERY_TICK = std::numeric_limits<std::size_t>::max();
+
+/// Ticks to check: every n-th contact tick, n = contact ticks/n_wanted rounded down (1 at least).
+[[nodiscard]] std::vector<std::size_t> ticks_to_check(std::span<const Touch> touches, std::size_t n_wanted);
 
 /// `touches`: those of `ticks`, which carry the truth of a simulated device. nullopt without a single tick
 /// that can be checked. Two threads; the answer does not depend on their schedule. What `progress` (0 to 1)
@@ -57,7 +61,7 @@ struct ForceError {
                                                     std::span<const pal_tick> ticks,
                                                     std::span<const Touch> touches,
                                                     const std::map<std::uint64_t, record::TableBytes>& tables,
-                                                    const LoopModel& loop, bool full,
+                                                    const LoopModel& loop, std::size_t n_wanted,
                                                     const std::function<void(double)>& progress);
 
 }  // namespace palpate::report

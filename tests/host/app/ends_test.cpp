@@ -159,6 +159,23 @@ TEST_CASE("an interrupt ends a run in real time after zero force, with its resul
     run.check_nothing_is_left();
 }
 
+TEST_CASE("two runs side by side keep out of each other's way", "[ends]") {
+    Pressing one, other;
+    CHECK(segments_of(one.palpate->pid()).size() == 1);
+    CHECK(segments_of(other.palpate->pid()).size() == 1);
+    one.palpate->send(SIGINT);
+    CHECK(one.palpate->wait() == 130);
+    CHECK(other.palpate->running());
+    CHECK_FALSE(device_status(other.folder).is_null());
+    other.palpate->send(SIGINT);
+    CHECK(other.palpate->wait() == 130);
+    for (const Pressing* run : {&one, &other}) {
+        CHECK(run->summary()["n_contact_ticks"] > 0);
+        CHECK(motors_at_rest(run->summary()["device"]));
+    }
+    other.check_nothing_is_left();
+}
+
 TEST_CASE("an interrupt ends a run in virtual time likewise", "[ends]") {
     const Folder folder;
     Program palpate(PAL_PALPATE_PROGRAM,

@@ -133,7 +133,7 @@ void check_scales(double position_scale, double force_scale) {
     CHECK(position_scale * world.path.front().tool_m.z() == Approx(0.007));  // 4 mm above the skin
     const auto touches = report::touches(world, felt.run.ticks);
     const auto error = report::force_error(world, felt.run.ticks, touches, felt.run.tables,
-                                           app::loop_model(felt.prepared), false, [](double) {});
+                                           app::loop_model(felt.prepared), report::SAMPLE / 4, [](double) {});
     REQUIRE(error);
     CHECK(error->n_without_reference == 0);
     CHECK(error->n_without_table == 0);

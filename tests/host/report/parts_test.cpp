@@ -26,14 +26,14 @@ struct Felt {
 
 /// The 2 s sheet: pressed in half a second, stroked, left.
 Felt feel(
-    const std::vector<std::string>& set, bool full = false,
+    const std::vector<std::string>& set, std::size_t n_wanted = report::SAMPLE,
     const std::function<void(pal_table&)>& change = [](pal_table&) {}) {
     app::Progress quiet(true);
     const app::Prepared prepared = app::prepare(scene::build(sheet_scene(PAL_TEST_FOLDER, set)), quiet);
     const app::RunResult run = app::run_virtual(prepared, {}, quiet, change);
     const auto touches = report::touches(*prepared.world, run.ticks);
     const auto error = report::force_error(*prepared.world, run.ticks, touches, run.tables,
-                                           app::loop_model(prepared), full, [](double) {});
+                                           app::loop_model(prepared), n_wanted, [](double) {});
     REQUIRE(error);
     CHECK(error->n_without_reference == 0);
     return {run.ticks, *error, report::run_figures(*prepared.world, run.ticks, touches)};
@@ -48,21 +48,21 @@ const Felt& plain() {
 }  // namespace
 
 TEST_CASE("every n-th contact tick is checked, n = contact ticks / 400 rounded down, or every one") {
-    const auto n_checked = [](std::size_t n_contact, bool full) {
-        return report::ticks_to_check(touches_with(n_contact), full).size();
+    const auto n_checked = [](std::size_t n_contact, std::size_t n_wanted) {
+        return report::ticks_to_check(touches_with(n_contact), n_wanted).size();
     };
-    CHECK(n_checked(0, false) == 0);
-    CHECK(n_checked(399, false) == 399);
-    CHECK(n_checked(400, false) == 400);
-    CHECK(n_checked(799, false) == 799);
-    CHECK(n_checked(800, false) == 400);
-    CHECK(n_checked(8737, false) == 417);  // every 21st
-    CHECK(n_checked(8737, true) == 8737);
-    CHECK(report::ticks_to_check(touches_with(800), false)[1] == 7);
+    CHECK(n_checked(0, report::SAMPLE) == 0);
+    CHECK(n_checked(399, report::SAMPLE) == 399);
+    CHECK(n_checked(400, report::SAMPLE) == 400);
+    CHECK(n_checked(799, report::SAMPLE) == 799);
+    CHECK(n_checked(800, report::SAMPLE) == 400);
+    CHECK(n_checked(8737, report::SAMPLE) == 417);  // every 21st
+    CHECK(n_checked(8737, report::EVERY_TICK) == 8737);
+    CHECK(report::ticks_to_check(touches_with(800), report::SAMPLE)[1] == 7);
 }
 
 TEST_CASE("in full each tick of contact is compared, and the sample says the same") {
-    const Felt &sample = plain(), full = feel({}, true);
+    const Felt &sample = plain(), full = feel({}, report::EVERY_TICK);
     CHECK(full.error.n_checked == full.error.n_contact);
     CHECK(sample.error.n_contact == full.error.n_contact);
     CHECK(full.error.n_contact > 1400);
@@ -75,7 +75,7 @@ TEST_CASE("in full each tick of contact is compared, and the sample says the sam
 }
 
 TEST_CASE("wrong tables raise the part of staleness: a fresh one would be right") {
-    const Felt &right = plain(), wrong = feel({}, false, [](pal_table&table) {
+    const Felt &right = plain(), wrong = feel({}, report::SAMPLE, [](pal_table&table) {
                                      const std::size_t plane = (table.n_nodes + 2U) * (table.n_nodes + 2U);
                                      for (std::size_t i = plane; i < 2 * plane; ++i) table.coef[i] *= 1.05F;
                                  });
@@ -114,7 +114,8 @@ TEST_CASE("what the listener to progress throws ends the check") {
     const app::Prepared prepared = app::prepare(scene::build(sheet_scene(PAL_TEST_FOLDER)), quiet);
     const app::RunResult run = app::run_virtual(prepared, {}, quiet);
     const auto touches = report::touches(*prepared.world, run.ticks);
-    CHECK_THROWS_AS(report::force_error(*prepared.world, run.ticks, touches, run.tables,
-                                        app::loop_model(prepared), true, [](double) { throw Enough{}; }),
-                    Enough);
+    CHECK_THROWS_AS(
+        report::force_error(*prepared.world, run.ticks, touches, run.tables, app::loop_model(prepared),
+                            report::EVERY_TICK, [](double) { throw Enough{}; }),
+        Enough);
 }

@@ -10,6 +10,8 @@ using namespace palpate::test;
 
 namespace {
 
+constexpr std::size_t QUARTER = report::SAMPLE / 4;  // of the ticks, for the bounds here
+
 struct Felt {
     app::Prepared prepared;
     app::RunResult run;
@@ -18,7 +20,7 @@ struct Felt {
 
     [[nodiscard]] std::optional<report::ForceError> error() const {
         return report::force_error(*prepared.world, run.ticks, touches, run.tables, app::loop_model(prepared),
-                                   false, [](double) {});
+                                   QUARTER, [](double) {});
     }
     [[nodiscard]] std::size_t n_with(std::uint32_t faults) const {
         std::size_t n = 0;
