@@ -10,5 +10,10 @@ commit=$(git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
 "$bin/palpate-bench" "$commit" --benchmark_enable_random_interleaving=true \
   --benchmark_out=out/bench.json.part --benchmark_out_format=json "$@"
 mv out/bench.json.part out/bench.json
+if [ $# = 0 ]; then
+  echo
+  echo "**Wake-up of palpate-loop beside cyclictest's**"
+  tests/bench/wakeup_pairs.sh --pairs 4 --seconds 10 --bin "$bin"
+fi
 echo
 echo "every repetition: out/bench.json"
