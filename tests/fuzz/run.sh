@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/fuzz/run.sh BUILD SECONDS [TARGET...]: every fuzz target of tests/fuzz/CMakeLists.txt (or those named) for
-# SECONDS each, as many side by side as there are cores. BUILD is the build folder of the preset `fuzz`, built; what the
+# SECONDS each, three side by side for every two cores. BUILD is the build folder of the preset `fuzz`, built; what the
 # runs make (seeds, corpus, crashes, logs) stays below BUILD/fuzzing, and the next run begins with it.
 # Exit 1 when a target crashes, hangs, is not built, or never got behind the checks of its own format.
 set -euo pipefail
@@ -80,7 +80,7 @@ echo "fuzz: ${#targets[@]} targets, $seconds s each, -seed=$seed"
 failed=0
 running=0
 for name in "${targets[@]}"; do
-  if [ $running -ge "$(nproc)" ]; then
+  if [ $running -ge $(($(nproc) * 3 / 2)) ]; then
     wait -n || failed=1
     running=$((running - 1))
   fi

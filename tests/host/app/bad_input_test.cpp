@@ -247,7 +247,7 @@ TEST_CASE("a rig that is not on this machine is refused", "[bad]") {
 }
 #endif
 
-TEST_CASE("a result takes the place of an earlier one, which is kept beside it", "[bad]") {
+TEST_CASE("a result takes the place of an earlier one, which is kept beside it", "[real]") {
     const Folder folder;
     const std::string scene = write_sheet(folder.path());
     std::filesystem::create_directory(folder / "out");

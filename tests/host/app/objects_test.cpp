@@ -40,8 +40,8 @@ std::uint32_t word_at(const std::string& png, std::size_t at) {
 TEST_CASE("a record becomes a picture without a display", "[objects]") {
     const Folder folder;
     const std::string result = (folder / "result").string();
-    const Outcome ran = call(PAL_PALPATE_PROGRAM,
-                             {"run", write_sheet(folder.path()), "--clock", "real", "--out", result}, folder);
+    const Outcome ran =
+        call(PAL_PALPATE_PROGRAM, {"run", write_sheet(folder.path()), "--out", result}, folder);
     INFO(ran.err);
     REQUIRE(ran.code == 0);
     const std::string picture = (folder / "x.png").string();

@@ -26,7 +26,7 @@ struct Felt {
 
 /// The 2 s sheet: pressed in half a second, stroked, left.
 Felt feel(
-    const std::vector<std::string>& set, std::size_t n_wanted = report::SAMPLE,
+    const std::vector<std::string>& set, std::size_t n_wanted = report::SAMPLE / 4,
     const std::function<void(pal_table&)>& change = [](pal_table&) {}) {
     app::Progress quiet(true);
     const app::Prepared prepared = app::prepare(scene::build(sheet_scene(PAL_TEST_FOLDER, set)), quiet);
@@ -41,7 +41,7 @@ Felt feel(
 
 /// The scene as it is, felt once for all comparisons.
 const Felt& plain() {
-    static const Felt felt = feel({});
+    static const Felt felt = feel({}, report::SAMPLE);
     return felt;
 }
 
@@ -75,7 +75,7 @@ TEST_CASE("in full each tick of contact is compared, and the sample says the sam
 }
 
 TEST_CASE("wrong tables raise the part of staleness: a fresh one would be right") {
-    const Felt &right = plain(), wrong = feel({}, report::SAMPLE, [](pal_table&table) {
+    const Felt &right = plain(), wrong = feel({}, report::SAMPLE / 4, [](pal_table&table) {
                                      const std::size_t plane = (table.n_nodes + 2U) * (table.n_nodes + 2U);
                                      for (std::size_t i = plane; i < 2 * plane; ++i) table.coef[i] *= 1.05F;
                                  });
@@ -104,7 +104,7 @@ TEST_CASE("a faster hand raises the part of delay in proportion") {
 TEST_CASE("contact without a table is contact: late tables are counted and make the error") {
     const Felt late = feel({"solver.delay_ticks=700"});
     CHECK(late.error.n_contact > 1400);
-    CHECK(late.error.n_without_table > 100);
+    CHECK(late.error.n_without_table > late.error.n_checked / 5);
     CHECK(late.error.total.rms_relative > 0.3);
 }
 

@@ -1,5 +1,5 @@
 /// palpate-digest FOLDER: writes the 2 s sheet scene into FOLDER, runs it in virtual time, prints both
-/// digests. For digest_matrix.sh, which compares compilers and levels.
+/// digests. For matrix.sh, which compares compilers and levels.
 #include <cstdio>
 #include <exception>
 
