@@ -117,8 +117,6 @@ public:
                                     meter_.result(publications_));
     }
 
-    [[nodiscard]] std::uint32_t n_lost() const { return reader_.n_dropped; }
-
 private:
     [[nodiscard]] std::uint32_t ticks_wanted() const {
         return static_cast<std::uint32_t>(std::lround(1e3 * options_->seconds));

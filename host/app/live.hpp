@@ -53,7 +53,8 @@ public:
     /// One look, every 2 ms or so: which program ended in mid-run or no longer ticks, how and why as far as
     /// is known; empty while all is well. A loop that stands still is killed.
     [[nodiscard]] std::string failure();
-    /// After a failure: the device is taken over and sent zero force, where nothing else does so.
+    /// After a failure: the device is taken over and sent zero force, unless the loop did so before it ended.
+    /// (A real device's loop has a guard besides, which does the same.)
     [[nodiscard]] TakeOver take_over();
     /// Asks the loop to end and waits; false when it did not. Its last packets are zero force.
     [[nodiscard]] bool stop();

@@ -291,7 +291,7 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     command->add_option("scene", options->scene, "scene file (docs/SCENE.md)")->required();
     command
         ->add_option("--clock", options->clock,
-                     "virtual: lockstep, repeatable; real: three processes at 1 kHz")
+                     "virtual: lockstep, repeatable; real: processes of their own at 1 kHz")
         ->check(CLI::IsMember({"virtual", "real"}));
     command
         ->add_option("--duration", options->duration_s,

@@ -18,10 +18,11 @@ namespace {
 
 constexpr useconds_t LOOK_EVERY_US = 1000;
 constexpr std::uint64_t ALIVE_EVERY_NS = 100'000'000;
-constexpr std::uint64_t HUNG_AFTER_NS = 10'000'000'000;  // no table of a sane scene takes as long
-constexpr std::size_t VAIN_MAX = 5;                      // builders in a row that died without a table
-constexpr std::size_t FOLLOW_EVERY = 8;                  // ticks: as close as a builder at work looks itself
-constexpr int GENERATION_SHIFT = 32;                     // of ids: a new builder's are above all earlier ones
+constexpr std::uint64_t HUNG_AFTER_NS =
+    3'000'000'000;                       // a table takes 14 ms, and 0.3 s where nothing is solved yet
+constexpr std::size_t VAIN_MAX = 5;      // builders in a row that died without a table
+constexpr std::size_t FOLLOW_EVERY = 8;  // ticks: as close as a builder at work looks itself
+constexpr int GENERATION_SHIFT = 32;     // of ids: a new builder's are above all earlier ones
 constexpr int SOCKET_BYTES = 1 << 20;
 
 enum class Kind : std::uint32_t { table, refused, alive, failed };
@@ -222,7 +223,7 @@ void TableProcess::look(std::span<const pal_tick> ticks) {
         pid_ = -1;
         if (failure_.empty()) restart(how_ended(status), ticks);
     } else if (monotonic_ns() - heard_ns_ > HUNG_AFTER_NS) {
-        restart("no sign of life for 10 s", ticks);
+        restart("no sign of life for 3 s", ticks);
     }
 }
 
@@ -231,12 +232,12 @@ void TableProcess::restart(const std::string& why, std::span<const pal_tick> tic
     ++generation_;
     n_built_before_ = report_.n_built;
     n_refused_before_ = report_.n_refused_places;
-    restarts_.push_back({why, ticks.empty() ? 0U : ticks.back().tick, monotonic_ns()});
     if (++n_vain_ > VAIN_MAX) {
         failure_ = "the table builder died " + std::to_string(n_vain_) + " times in a row without a table (" +
                    why + ")";
         return;
     }
+    restarts_.push_back({why, ticks.empty() ? 0U : ticks.back().tick, monotonic_ns()});
     start(ticks);
 }
 

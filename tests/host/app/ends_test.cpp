@@ -17,16 +17,7 @@ using Catch::Matchers::StartsWith;
 TEST_CASE("palpate is killed: the loop ends by itself, the device outlives both with its motors off",
           "[ends]") {
     Pressing run;
-    run.palpate->send(SIGKILL);
-    CHECK(run.palpate->wait() == -SIGKILL);
-    CHECK(wait_for_orphan(run.loop) == 3);
-    CHECK(wait_for_orphan(run.builder) == -SIGKILL);
-    nlohmann::json status;
-    do {
-        look_again();
-        status = device_status(run.folder);
-        REQUIRE_FALSE(status.is_null());
-    } while (status["connected"] == true);  // until it has read the loop's last packet
+    const nlohmann::json status = run.kill_palpate();
     INFO(status);
     CHECK(motors_at_rest(status));
     CHECK(wait_for_orphan(run.device) == 0);
@@ -114,6 +105,30 @@ TEST_CASE("the table builder is killed: another goes on in the same contact, and
     CHECK(record.tables.contains(record.ticks.back().table_id));
     CHECK(record.ticks.back().depth_m > 0.0F);
     run.check_nothing_is_left();
+}
+
+TEST_CASE("a table builder that dies again and again without a table ends the run, which says so", "[ends]") {
+    adopt_orphans();
+    const Folder folder;
+    Program palpate(PAL_PALPATE_PROGRAM,
+                    {"run", write_sheet(folder.path(), HOLD_S), "--clock", "real", "--set", "touch.ramp_s=30",
+                     "--out", (folder / "result").string()},  // no table before the ramp's end
+                    folder);
+    pid_t last = 0;
+    while (palpate.running()) {
+        const pid_t builder = child_of(palpate.pid(), "palpate-tables");
+        if (builder != 0 && builder != last) {
+            kill(builder, SIGKILL);
+            last = builder;
+        }
+        look_again();
+    }
+    CHECK(palpate.wait() == 3);
+    const nlohmann::json summary = json_of(folder / "result" / "summary.json");
+    CHECK(summary["failure"] == "the table builder died 6 times in a row without a table (signal 9)");
+    CHECK(summary["supervision"]["table_builder_restarts"].size() == 5);
+    CHECK(motors_at_rest(summary["device"]));
+    CHECK(no_children());
 }
 
 TEST_CASE("the device is killed: the loop notices, palpate names the device and not the loop", "[ends]") {

@@ -85,16 +85,7 @@ void kill_the_loop(std::mt19937& random) {
 void kill_palpate(std::mt19937& random) {
     Pressing run;
     wait_for_any_moment(random);
-    run.palpate->send(SIGKILL);
-    CHECK(run.palpate->wait() == -SIGKILL);
-    CHECK(wait_for_orphan(run.loop) == 3);
-    CHECK(wait_for_orphan(run.builder) == -SIGKILL);
-    nlohmann::json status;
-    do {
-        look_again();
-        status = device_status(run.folder);
-        REQUIRE_FALSE(status.is_null());
-    } while (status["connected"] == true);
+    const nlohmann::json status = run.kill_palpate();
     INFO(status);
     CHECK(motors_at_rest(status));
     kill(run.device, SIGTERM);  // it would linger for 5 s, to be asked

@@ -22,7 +22,7 @@ struct Pressing {
             REQUIRE(palpate->wait() == 130);
         }
         loop = child_of(palpate->pid(), "palpate-loop");
-        device = child_of(palpate->pid(), "palpate-falcon");
+        device = child_of(palpate->pid(), "palpate-falcon-sim");
         builder = child_of(palpate->pid(), "palpate-tables");
         REQUIRE(loop > 0);
         REQUIRE(builder > 0);
@@ -30,6 +30,21 @@ struct Pressing {
     }
     [[nodiscard]] std::string log() const { return text_of(folder / "result" / "log.txt"); }
     [[nodiscard]] nlohmann::json summary() const { return json_of(folder / "result" / "summary.json"); }
+    /// Kills palpate, and waits until the loop and the table builder have ended and the device has read the
+    /// loop's last packet; what it then says of itself.
+    nlohmann::json kill_palpate() {
+        palpate->send(SIGKILL);
+        CHECK(palpate->wait() == -SIGKILL);
+        CHECK(wait_for_orphan(loop) == 3);
+        CHECK(wait_for_orphan(builder) == -SIGKILL);
+        nlohmann::json status;
+        do {
+            look_again();
+            status = device_status(folder);
+            REQUIRE_FALSE(status.is_null());
+        } while (status["connected"] == true);
+        return status;
+    }
     void check_nothing_is_left() const {
         CHECK(no_children());
         CHECK(scratch_in(folder).empty());

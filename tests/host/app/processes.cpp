@@ -157,11 +157,12 @@ bool no_children() {
 }
 
 pid_t child_of(pid_t parent, const std::string& name) {
+    constexpr std::size_t COMM_BYTES = 15;  // the kernel keeps no more of a name
     for (const auto& entry : fs::directory_iterator("/proc")) {
         const std::string pid = entry.path().filename().string();
         if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
         const auto [found, its_parent] = name_and_parent(pid);
-        if (its_parent == parent && found.starts_with(name)) return std::stoi(pid);
+        if (its_parent == parent && found == name.substr(0, COMM_BYTES)) return std::stoi(pid);
     }
     return 0;
 }

@@ -71,7 +71,7 @@ void adopt_orphans();
 int wait_for_orphan(pid_t pid);
 /// Whether this process has no child left, running or ended.
 bool no_children();
-/// The child of `parent` whose name begins with `name`; 0 when there is none.
+/// The child of `parent` that runs program `name`; 0 when there is none.
 pid_t child_of(pid_t parent, const std::string& name);
 
 /// Shared-memory segments whose name holds the process id of `owner`.

@@ -118,6 +118,22 @@ TEST_CASE("a table builder that is stopped leaves its table to grow stale, then 
     CHECK(ended.summary["supervision"]["table_builder_restarts"].empty());  // it was slow, not dead
 }
 
+TEST_CASE("a table builder without a sign of life is killed and replaced", "[rungs]") {
+    Pressing run;
+    kill(run.builder, SIGSTOP);
+    pid_t next = run.builder;
+    while (next == run.builder || next == 0) {
+        look_again();
+        REQUIRE(run.palpate->running());
+        next = child_of(run.palpate->pid(), "palpate-tables");
+    }
+    let_it_go_on(run);
+    const Ended ended = end(run);
+    const nlohmann::json& restarts = ended.summary["supervision"]["table_builder_restarts"];
+    REQUIRE(restarts.size() == 1);
+    CHECK(restarts[0]["why"] == "no sign of life for 3 s");
+}
+
 TEST_CASE("with every processor taken away the forces stay safe and the run goes on", "[rungs]") {
     Pressing run;
     {

@@ -1,6 +1,7 @@
 // palpate run on a Falcon on the USB: real libusb before the simulated device, real processes.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 
 #include "host/app/run.hpp"
@@ -65,6 +66,40 @@ TEST_CASE("a Falcon on the USB is booted, homed and felt through, in real time",
                Contains("run.clock=real --set device.backend=usb --set device.firmware="));
     const record::Record kept = record::read(desk.folder / "result" / "run.palrec");
     CHECK(kept.header["device"] == "novint-falcon on the USB");
+}
+
+TEST_CASE("a Falcon on the USB whose loop is killed under force gets zero force, and the run says so",
+          "[usb]") {
+    const Desk desk;
+    const std::string bus = (desk.folder / "bus").string();
+    Program simulator(PAL_FALCON_SIM_PROGRAM,
+                      {"run", "--bus", bus, "--grip", "firm", "--path", (desk.folder / "path").string(),
+                       "--watchdog-ms", "60000", "--", PAL_PALPATE_PROGRAM, "run",
+                       write_sheet(desk.folder.path()), "--out", (desk.folder / "result").string(),
+                       "--device", "usb", "--firmware", (desk.folder / "boot.bin").string()},
+                      desk.folder);
+    const auto at_rest = [&] {
+        const Outcome status = call(PAL_FALCON_SIM_PROGRAM, {"status", "--bus", bus}, desk.folder);
+        if (status.code != 0) return true;
+        return nlohmann::json::parse(status.out)["devices"][0]["motor_counts"] == nlohmann::json{0, 0, 0};
+    };
+    while (at_rest()) {
+        look_again();
+        INFO(simulator.err());
+        REQUIRE(simulator.running());
+    }
+    const pid_t palpate = child_of(simulator.pid(), "palpate");
+    REQUIRE(palpate > 0);
+    const pid_t loop = child_of(palpate, "palpate-loop");
+    REQUIRE(loop > 0);
+    kill(loop, SIGKILL);
+    while (!at_rest()) look_again();  // long before its own watchdog; or ctest's limit ends this
+    CHECK(simulator.wait() == 3);
+    const nlohmann::json summary = json_of(desk.folder / "result" / "summary.json");
+    INFO(summary["supervision"]);
+    CHECK(summary["failure"] == "palpate-loop ended in mid-run (signal 9); see log.txt");
+    CHECK(summary["supervision"]["take_over"]["done"] == true);
+    CHECK(summary["supervision"]["take_over"]["words"] == "palpate sent zero force in its place");
 }
 
 TEST_CASE("a Falcon that is not there, and one without its image, are said so", "[usb]") {
