@@ -19,9 +19,13 @@ typedef enum pal_intake_state {
 } pal_intake_state;
 
 enum {
-    /// Words of a table that a slice of its check looks at: the usual table of 17 nodes is checked in one
-    /// slice, the largest, of 65, in 10.
-    PAL_INTAKE_SLICE_WORDS = 4096
+    /// Words of a table that a slice of its check looks at: tables of up to 27 nodes are checked in one
+    /// slice,
+    /// the largest, of 65, in 5. A table that waits for such a check, its fade and its own check is still in
+    /// use
+    /// within 10 ticks and a fade (docs/PROTOCOL.md). A processor on which that is too much for a tick takes
+    /// less.
+    PAL_INTAKE_SLICE_WORDS = 8192
 };
 
 /// Zero-initialise, then set ring and limits.

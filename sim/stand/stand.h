@@ -26,7 +26,7 @@ pal_stand* pal_stand_new(const pal_stand_config* config, pal_link* link);
 void pal_stand_free(pal_stand* stand);
 /// One tick: intake, step, packet out, 1 ms of mechanics, packet in. The record, truth included, goes to the
 /// link's state ring and to *record. A new table is checked in slices of PAL_INTAKE_SLICE_WORDS, one a tick,
-/// and used from the tick of the last slice on: with 19 nodes or fewer that of the first.
+/// and used from the tick of the last slice on: with 27 nodes or fewer that of the first.
 void pal_stand_tick(pal_stand* stand, pal_tick* record);
 
 /// One static evaluation, for maps and error analysis: the force (N, workspace frame) that the loop's look-up

@@ -27,10 +27,10 @@ void fill_flat(pal_table& table, std::uint64_t id, std::uint32_t n_nodes) {
     pal_table_seal(&table);
 }
 
-/// Ticks that the check of a table takes: three passes over its coefficients, 35 words of its header, 4096
+/// Ticks that the check of a table takes: three passes over its coefficients, 35 words of its header, 8192
 /// words a tick (docs/PROTOCOL.md 2).
 std::uint32_t check_ticks(std::uint32_t n_nodes) {
-    return (9 * (n_nodes + 2) * (n_nodes + 2) + 35 + 4095) / 4096;
+    return (9 * (n_nodes + 2) * (n_nodes + 2) + 35 + 8191) / 8192;
 }
 
 /// A hand that presses into the sheet, with a table in use and no fade.
@@ -100,9 +100,9 @@ private:
 
 TEST_CASE("a table is used first in the tick of its check's last slice, whatever its size") {
     CHECK(check_ticks(17) == 1);
-    CHECK(check_ticks(19) == 1);
-    CHECK(check_ticks(21) == 2);
-    CHECK(check_ticks(65) == 10);
+    CHECK(check_ticks(27) == 1);
+    CHECK(check_ticks(29) == 2);
+    CHECK(check_ticks(65) == 5);
     Press press;
     for (std::uint32_t n_nodes = 5; n_nodes <= 65; n_nodes += 2) {
         INFO(n_nodes << " nodes");
@@ -138,9 +138,9 @@ TEST_CASE("a table that comes in a fade waits for its end, whenever in it and of
 TEST_CASE("a table that comes while a larger one is checked waits for that check and its fade") {
     Press press;
     std::uint32_t longest = 0;
-    for (std::uint32_t larger = 21; larger <= 65; larger += 4) {
+    for (std::uint32_t larger = 29; larger <= 65; larger += 4) {
         for (std::uint32_t into = 1; into < check_ticks(larger); ++into) {
-            for (const std::uint32_t n_nodes : {5U, 17U, 21U, 65U}) {
+            for (const std::uint32_t n_nodes : {5U, 17U, 29U, 65U}) {
                 INFO(n_nodes << " nodes, published after slice " << into << " of " << larger << " nodes");
                 press.settle();
                 const std::uint64_t before = press.publish(larger);
@@ -155,7 +155,7 @@ TEST_CASE("a table that comes while a larger one is checked waits for that check
             }
         }
     }
-    CHECK(longest == 33);
+    CHECK(longest == 23);
 }
 
 TEST_CASE("of several tables that come in one fade the newest is used, and none in between") {
