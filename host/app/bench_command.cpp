@@ -5,7 +5,6 @@
 #include <ctime>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <sstream>
 
@@ -88,11 +87,6 @@ Json about(const std::string& what, const BenchOptions& options, const study::Or
             {"palpate_reference", oracle ? "used" : "not installed: no Ceres, no CHOLMOD"}};
 }
 
-std::string text_of(const fs::path& file) {
-    std::ifstream in(file);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 /// palpate-reference as a child, one for each question. Its libraries keep to one thread.
 class ReferenceProgram {
 public:
@@ -108,11 +102,10 @@ public:
                      program_.string(), command, question.string(), words.string()},
                     answer);
         while (!child.wait(100)) stop_when_interrupted();
-        Json parsed = Json::parse(text_of(answer), nullptr, false);
+        Json parsed = Json::parse(record::text_in(answer), nullptr, false);
         if (child.ended() == "exit 0" && parsed.is_object()) return parsed;
-        std::string said = text_of(words);
-        while (!said.empty() && said.back() == '\n') said.pop_back();
-        throw study::OracleError("palpate-reference " + command + ": " + *child.ended() + ", " + said);
+        throw study::OracleError("palpate-reference " + command + ": " + *child.ended() + ", " +
+                                 record::text_in(words));
     }
 
 private:

@@ -5,26 +5,18 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 
 #include "host/app/udev_rule.hpp"
 #include "host/latency/machine.hpp"
+#include "host/record/record.hpp"
 
 namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr unsigned long LOOP_MEMLOCK_BYTES = 64UL * 1024 * 1024;  // it maps some 20 MB
 constexpr unsigned FULL_SPEED_MBIT_PER_S = 12;
-
-std::string text_of(const fs::path& file) {
-    std::ifstream in(file);
-    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    while (!text.empty() && text.back() == '\n') text.pop_back();
-    return text;
-}
 
 std::vector<fs::path> entries_of(const fs::path& folder) {
     std::vector<fs::path> entries;
@@ -39,7 +31,7 @@ fs::path rule_of(const Machine& machine) {
     for (const char* folder : {"etc/udev/rules.d", "run/udev/rules.d", "usr/local/lib/udev/rules.d",
                                "usr/lib/udev/rules.d", "lib/udev/rules.d"}) {
         for (const fs::path& file : entries_of(machine.root / folder)) {
-            std::string text = text_of(file);
+            std::string text = record::text_in(file);
             std::transform(text.begin(), text.end(), text.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
             if (file.extension() == ".rules" && text.find("0403") != std::string::npos &&
@@ -60,7 +52,7 @@ Finding udev_rule(const Machine& machine) {
             "palpate doctor --install-udev"};
 }
 
-void look_at_device(const Json& device, std::vector<Finding>& findings) {
+void look_at_device(const nlohmann::json& device, std::vector<Finding>& findings) {
     const std::string serial = device.value("serial", ""), access = device.value("access", ""),
                       words = device.value("words", ""), user = device.value("user", "");
     const std::string node = device.value("node", "");
@@ -88,7 +80,7 @@ void look_at_device(const Json& device, std::vector<Finding>& findings) {
 }
 
 void look_at_devices(const Machine& machine, std::vector<Finding>& findings) {
-    const Json list = machine.ask_falcon({"list"});
+    const nlohmann::json list = machine.ask_falcon({"list"});
     if (!list.is_object() || !list.contains("devices")) {
         findings.push_back({"device", Health::FAIL, "palpate-falcon list gives no answer",
                             "palpate-falcon must lie beside palpate; run palpate-falcon list"});
@@ -100,7 +92,7 @@ void look_at_devices(const Machine& machine, std::vector<Finding>& findings) {
                             "give this machine, or this container, /dev/bus/usb; then palpate-falcon list"});
         return;
     }
-    for (const Json& device : list["devices"]) look_at_device(device, findings);
+    for (const nlohmann::json& device : list["devices"]) look_at_device(device, findings);
     if (list["devices"].empty()) {
         findings.push_back({"device", Health::FAIL, "no Falcon on the USB",
                             "plug in its USB cable and its power supply; without a Falcon: "
@@ -113,10 +105,11 @@ Finding latency(const Machine& machine) {
     for (const fs::path& port : entries_of(machine.root / "sys/bus/usb-serial/devices")) {
         std::error_code none;
         const fs::path device = fs::canonical(port, none).parent_path().parent_path();
-        if (text_of(device / "idVendor") != "0403" || text_of(device / "idProduct") != "cb48") continue;
+        if (record::text_in(device / "idVendor") != "0403" || record::text_in(device / "idProduct") != "cb48")
+            continue;
         return {"latency timer", Health::NOTE,
                 port.filename().string() + " of a kernel serial driver holds it, at " +
-                    text_of(port / "latency_timer") + " ms",
+                    record::text_in(port / "latency_timer") + " ms",
                 "nothing: palpate takes the device over and sets its own; other programs on " +
                     port.filename().string() + " will not"};
     }
@@ -125,7 +118,7 @@ Finding latency(const Machine& machine) {
 }
 
 Finding firmware(const Machine& machine) {
-    const Json file = machine.ask_falcon({"firmware"});
+    const nlohmann::json file = machine.ask_falcon({"firmware"});
     if (!file.is_object()) {
         return {"firmware file", Health::FAIL, "palpate-falcon firmware gives no answer",
                 "palpate-falcon must lie beside palpate; run palpate-falcon firmware"};
@@ -207,8 +200,8 @@ bool healthy(const std::vector<Finding>& findings) {
                         [](const Finding& finding) { return finding.health == Health::FAIL; });
 }
 
-Json findings_json(const std::vector<Finding>& findings) {
-    Json lines = Json::array();
+nlohmann::json findings_json(const std::vector<Finding>& findings) {
+    nlohmann::json lines = nlohmann::json::array();
     for (const Finding& finding : findings) {
         lines.push_back({{"name", finding.name},
                          {"health", word_of(finding.health)},
@@ -220,7 +213,7 @@ Json findings_json(const std::vector<Finding>& findings) {
 
 int install_udev(const Machine& machine, std::istream& in, std::ostream& out) {
     const fs::path target = machine.root / "etc/udev/rules.d" / UDEV_RULE_NAME;
-    if (text_of(target) + "\n" == UDEV_RULE) {
+    if (record::text_in(target) + "\n" == UDEV_RULE) {
         out << target.string()
             << " is there already. If a Falcon still cannot be opened, unplug it and plug it in.\n";
         return 0;

@@ -18,7 +18,7 @@ namespace palpate::app {
 namespace {
 
 constexpr int ANSWER_MS = 10000;
-constexpr const char* FOOTER =
+constexpr const char* DOCTOR_FOOTER =
     "Examples:\n"
     "  palpate doctor                                      is this machine ready for a Falcon?\n"
     "  palpate doctor --install-udev                       give users the right to use it; asks first\n"
@@ -113,7 +113,7 @@ void add_doctor(CLI::App& palpate, std::function<int()>& chosen) {
     command->add_flag("--install-udev", options->install,
                       "install the udev rule that lets users open the Falcon; asks first");
     command->add_flag("--json", options->json, "one JSON document on stdout");
-    command->footer(FOOTER);
+    command->footer(DOCTOR_FOOTER);
     command->callback([options, &chosen] { chosen = [options] { return doctor(*options); }; });
 }
 

@@ -19,11 +19,9 @@
 namespace palpate::app {
 namespace {
 
-constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
 constexpr std::uint32_t MARK_EVERY_TICKS = 50;  // longer than a fade: each mark is seen alone
 constexpr std::uint32_t SETTLE_TICKS = 500;     // after the start ramp, not counted: the hand is still moving
 constexpr long RAMP_TICKS = 200;
-constexpr std::uint32_t HOMING_TICKS_MAX = 10000;  // by the simulated hand
 // A marked table pushes towards the user with STIFFNESS times a depth. Soft, so that a hand that trembles by
 // one encoder count (0.04 mm) does not change a motor word by itself.
 constexpr float MARK_STIFFNESS_N_PER_M = 20.0F;

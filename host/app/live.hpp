@@ -1,6 +1,8 @@
 /// The other programs of a run in real time: palpate-loop, and a simulated Falcon unless a real one was
 /// chosen.
 #pragma once
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -24,6 +26,11 @@ struct LiveOptions {
     long ramp_ticks = 1000;
     std::vector<std::string> loop_arguments;  ///< more of palpate-loop's: --cpu 1
 };
+
+/// Between two looks at the programs of a run.
+constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
+/// Until a simulated hand has homed, at most; a person takes the time it takes.
+constexpr std::uint32_t HOMING_TICKS_MAX = 10000;
 
 /// What became of a device whose loop died.
 struct TakeOver {
@@ -50,8 +57,8 @@ public:
     [[nodiscard]] pal_link& link() const { return segment_.link(); }
     [[nodiscard]] const std::string& segment_name() const { return segment_.name(); }
     [[nodiscard]] bool simulated() const { return options_.device == "sim"; }
-    /// One look, every 2 ms or so: which program ended in mid-run or no longer ticks, how and why as far as
-    /// is known; empty while all is well. A loop that stands still is killed.
+    /// One look, every LOOK_EVERY or so: which program ended in mid-run or no longer ticks, how and why as
+    /// far as is known; empty while all is well. A loop that stands still is killed.
     [[nodiscard]] std::string failure();
     /// After a failure: the device is taken over and sent zero force, unless the loop did so before it ended.
     /// (A real device's loop has a guard besides, which does the same.)

@@ -15,9 +15,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto LOOK_EVERY = std::chrono::milliseconds(2);
-constexpr std::uint32_t HOMING_TICKS_MAX = 10000;  // by the simulated hand; a person takes the time it takes
-
 std::string millionths(double value) {
     return std::to_string(std::llround(1e6 * value));
 }

@@ -30,7 +30,7 @@ struct SolveOptions {
     bool json = false, quiet = false;
 };
 
-constexpr const char* FOOTER =
+constexpr const char* SOLVE_FOOTER =
     "Example:\n"
     "  palpate solve sim/scenes/plates/nodule.toml --out out/nodule    beside a stiff spot; map and field\n"
     "  palpate solve nodule.toml --set solver.method=multigrid --json | jq .compliance_m_per_n\n"
@@ -153,7 +153,7 @@ void add_solve(CLI::App& palpate, std::function<int()>& chosen) {
         ->allow_extra_args(false);
     command->add_flag("--json", options->json, "print a document on stdout, the words on stderr");
     command->add_flag("--quiet", options->quiet, "no words; without --json the compliance in m/N alone");
-    command->footer(FOOTER);
+    command->footer(SOLVE_FOOTER);
     command->callback([options, &chosen] { chosen = [options] { return solve(*options); }; });
 }
 

@@ -20,7 +20,7 @@ struct TraceOptions {
     bool quiet = false;
 };
 
-constexpr const char* FOOTER =
+constexpr const char* TRACE_FOOTER =
     "Example:\n"
     "  palpate trace out/bunny/run.palrec --out bunny.json     then open bunny.json at ui.perfetto.dev\n"
     "  palpate trace run.palrec --out touch.json --from-s 2 --to-s 3\n"
@@ -69,7 +69,7 @@ void add_trace(CLI::App& palpate, std::function<int()>& chosen) {
     command->add_option("--from-s", options->from_s, "scene time to begin at, s");
     command->add_option("--to-s", options->to_s, "scene time to end at, s");
     command->add_flag("--quiet", options->quiet, "no words");
-    command->footer(FOOTER);
+    command->footer(TRACE_FOOTER);
     command->callback([options, &chosen] { chosen = [options] { return trace(*options); }; });
 }
 

@@ -13,7 +13,7 @@ constexpr double stride = 0.25;      // of one step near points: a wall cannot b
 constexpr double settled = 1e-4;     // of one step
 constexpr double resting = 1.05;     // a proxy no higher than this may be held
 constexpr double seen_radius = 2.0;  // beyond it follow() reports nothing
-constexpr int steps_max = 128;
+constexpr int moves_max = 128;
 
 Eigen::Vector3d shortened(const Eigen::Vector3d& way, double longest) {
     const double length = way.norm();
@@ -132,7 +132,7 @@ std::optional<Contact> Proxy::follow(const Eigen::Vector3d& tool_m) {
     std::optional<Touch> touch = feel(begin);
     last_ = contact_at(begin, tool_m, touch);
     Slide slide;
-    for (int step = 0; step < steps_max; ++step) {
+    for (int step = 0; step < moves_max; ++step) {
         const Eigen::Vector3d way = tool_m - last_->proxy_m;
         const double towards_m = touch ? -touch->normal.dot(way) : 0.0;
         Eigen::Vector3d move = Eigen::Vector3d::Zero();

@@ -4,22 +4,15 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include "common/link.h"
+#include "host/record/record.hpp"
 
 namespace palpate::latency {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-    std::ifstream in(file);
-    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-    return text;
-}
 
 /// Model and number of processors.
 void look_at_cpus(const fs::path& root, Machine& machine) {
@@ -34,7 +27,7 @@ void look_at_cpus(const fs::path& root, Machine& machine) {
 
 /// The bracketed word of "none (voluntary) full", which only root can read.
 std::string mode_in_debug(const fs::path& root) {
-    const std::string text = text_of(root / "sys/kernel/debug/sched/preempt");
+    const std::string text = record::text_in(root / "sys/kernel/debug/sched/preempt");
     const std::size_t from = text.find('('), to = text.find(')');
     return from == std::string::npos || to == std::string::npos || to < from
                ? ""
@@ -43,7 +36,7 @@ std::string mode_in_debug(const fs::path& root) {
 
 /// What preempt= on the kernel's command line says.
 std::string mode_asked(const fs::path& root) {
-    std::istringstream words(text_of(root / "proc/cmdline"));
+    std::istringstream words(record::text_in(root / "proc/cmdline"));
     const std::string key = "preempt=";
     for (std::string word; words >> word;) {
         if (word.rfind(key, 0) == 0) return word.substr(key.size());
@@ -77,23 +70,24 @@ std::string governor_words(const fs::path& root) {
 
 std::string idle_words(const fs::path& root) {
     const fs::path idle = root / "sys/devices/system/cpu/cpuidle";
-    const std::string driver = text_of(idle / "current_driver");
-    std::string governor = text_of(idle / "current_governor");
-    if (governor.empty()) governor = text_of(idle / "current_governor_ro");
+    const std::string driver = record::text_in(idle / "current_driver");
+    std::string governor = record::text_in(idle / "current_governor");
+    if (governor.empty()) governor = record::text_in(idle / "current_governor_ro");
     return driver.empty() || governor.empty() ? driver : driver + ", governor " + governor;
 }
 
 }  // namespace
 
 bool is_real_time_kernel(const fs::path& root, const std::string& version) {
-    return text_of(root / "sys/kernel/realtime") == "1" || version.find("PREEMPT_RT") != std::string::npos;
+    return record::text_in(root / "sys/kernel/realtime") == "1" ||
+           version.find("PREEMPT_RT") != std::string::npos;
 }
 
 std::vector<Governor> governors(const fs::path& root) {
     std::vector<Governor> found;
     std::error_code none;
     for (const auto& cpu : fs::directory_iterator(root / "sys/devices/system/cpu", none)) {
-        const std::string name = text_of(cpu.path() / "cpufreq/scaling_governor");
+        const std::string name = record::text_in(cpu.path() / "cpufreq/scaling_governor");
         if (!name.empty()) found.push_back({cpu.path().filename().string(), name});
     }
     std::sort(found.begin(), found.end(), [](const Governor& a, const Governor& b) { return a.cpu < b.cpu; });
@@ -103,8 +97,8 @@ std::vector<Governor> governors(const fs::path& root) {
 Machine machine_facts(const fs::path& root) {
     Machine machine;
     look_at_cpus(root, machine);
-    machine.kernel = text_of(root / "proc/sys/kernel/osrelease");
-    machine.kernel_version = text_of(root / "proc/sys/kernel/version");
+    machine.kernel = record::text_in(root / "proc/sys/kernel/osrelease");
+    machine.kernel_version = record::text_in(root / "proc/sys/kernel/version");
     machine.real_time_kernel = is_real_time_kernel(root, machine.kernel_version);
     machine.preemption = preemption_words(root, machine.kernel_version);
     machine.governor = governor_words(root);

@@ -18,7 +18,6 @@ namespace {
 
 using Eigen::ArrayXXd;
 
-constexpr double PIVOT_RATIO_MIN = 1e-8;  // as Plate's
 constexpr std::size_t LANES_MAX = 8;
 
 /// A row of a front in an analysis, without the empty slots.
@@ -159,7 +158,7 @@ struct Batch::Impl {
 };
 
 Batch::Batch(const Problem& problem, Kernel kernel) {
-    if (const auto problem_text = problem_with(problem)) throw std::invalid_argument(*problem_text);
+    require_problem(problem);
     if (problem.rigidity_n_m.rows() % 2 == 0 || problem.rigidity_n_m.cols() % 2 == 0)
         throw std::invalid_argument("the centre of the plate is no node; the node counts must be odd");
     if (problem.harmonic_x_n_m.size() != 0) throw std::invalid_argument("a batch has no jumps on grid lines");

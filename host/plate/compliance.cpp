@@ -228,8 +228,7 @@ void put_bracket(const std::optional<Bracket>& bracket, const std::string& why, 
 Compliance compliance(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
                       const Accuracy& accuracy, const Wanted& wanted) {
     require(sheet, nodes, loads, accuracy, wanted);
-    if (const auto words = problem_with(on_grid(sheet, nodes.nx, nodes.nz)))
-        throw std::invalid_argument(*words);
+    require_problem(on_grid(sheet, nodes.nx, nodes.nz));
     std::string why = "not asked for";
     std::optional<Bracket> bracket;
     if (accuracy.bracket || accuracy.method == Method::bounds)

@@ -5,18 +5,8 @@
 #include "host/plate/iterative/exchange.hpp"
 
 namespace palpate::plate {
-namespace {
 
 using Eigen::Index;
-
-constexpr double RESIDUAL_MAX = 1e-7;  ///< as of Plate
-
-const Problem& valid(const Problem& problem) {
-    if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
-    return problem;
-}
-
-}  // namespace
 
 Eigen::SparseMatrix<double> sparse_stiffness(const Stencil& stencil) {
     const Moving& moving = stencil.moving();
@@ -39,7 +29,7 @@ Eigen::SparseMatrix<double> sparse_stiffness(const Stencil& stencil) {
     return lower;
 }
 
-EigenLdlt::EigenLdlt(const Problem& problem) : solid_(valid(problem).solid), stencil_(problem) {
+EigenLdlt::EigenLdlt(const Problem& problem) : solid_(require_problem(problem).solid), stencil_(problem) {
     ldlt_.analyzePattern(sparse_stiffness(stencil_));
     factorise();
 }

@@ -55,7 +55,7 @@ bool halves(Index n, Index line) {
 }
 
 void require_grid(const Problem& problem, const Node& load) {
-    if (const auto problem_text = problem_with(problem)) throw std::invalid_argument(*problem_text);
+    require_problem(problem);
     const Index nx = problem.rigidity_n_m.rows();
     const Index nz = problem.rigidity_n_m.cols();
     if (!halves(nx, 0) || !halves(nz, 0)) {

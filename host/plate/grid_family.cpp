@@ -48,7 +48,7 @@ Compliance GridFamily::on(const Nodes& nodes, Method method) const {
 
 GridFamily::Level GridFamily::level(const Nodes& nodes, Method method, int halvings) const {
     const OnGrid grid(sheet_, nodes, loads_, halvings);
-    if (const auto words = problem_with(grid.problem)) throw std::invalid_argument(*words);
+    require_problem(grid.problem);
     Options options = accuracy_.options;
     // |w'r| <= max(w) |r|_1, and w is largest at the load: a tenth of the tolerance is left to the iteration.
     if (options.stop == StopRule::residual)

@@ -19,11 +19,11 @@ Eigen::ArrayXd all_lines(const Eigen::ArrayXd& lines_m, Index n, double length_m
 }
 
 /// Cubic Lagrange weights of the four lines around a place.
-struct Weights {
+struct LineWeights {
     Index first;
     std::array<double, 4> w{};
 
-    Weights(const Eigen::ArrayXd& lines_m, double at_m) {
+    LineWeights(const Eigen::ArrayXd& lines_m, double at_m) {
         const auto above = std::upper_bound(lines_m.begin(), lines_m.end(), at_m) - lines_m.begin();
         first = std::clamp<Index>(above - 2, 0, lines_m.size() - 4);
         for (std::size_t a = 0; a < 4; ++a) {
@@ -40,7 +40,7 @@ struct Weights {
 
 template <typename Visit>
 void for_nodes_around(const GridLines& lines, const Eigen::Vector2d& at_m, Visit visit) {
-    const Weights x(lines.x_m, at_m.x()), z(lines.z_m, at_m.y());
+    const LineWeights x(lines.x_m, at_m.x()), z(lines.z_m, at_m.y());
     for (std::size_t b = 0; b < 4; ++b) {
         for (std::size_t a = 0; a < 4; ++a) {
             const Index node =
@@ -51,7 +51,7 @@ void for_nodes_around(const GridLines& lines, const Eigen::Vector2d& at_m, Visit
 }
 
 double spacing_at(const Eigen::ArrayXd& lines_m, double at_m) {
-    const Weights weights(lines_m, at_m);
+    const LineWeights weights(lines_m, at_m);
     return (lines_m(weights.first + 3) - lines_m(weights.first)) / 3.0;
 }
 

@@ -16,16 +16,7 @@ namespace {
 
 using Eigen::Index;
 
-// Against extended precision the compliance is wrong by less than 2e-14 / pivot ratio (stiff islands up to
-// 1e9), so this leaves 2e-6 at worst. An island 1e6 times stiffer, the contrast of a free edge, has 2e-7 and
-// more.
-constexpr double PIVOT_RATIO_MIN = 1e-8;
-constexpr double RESIDUAL_MAX = 1e-7;  ///< of the unit load
 constexpr double ENERGY_ERROR_MAX = 1e-6;
-
-std::string node_text(Index ix, Index iz) {
-    return "node (" + std::to_string(ix) + ", " + std::to_string(iz) + ")";
-}
 
 /// Memory of one question.
 struct Workspace {
@@ -152,7 +143,7 @@ struct Plate::Impl {
 };
 
 Plate::Plate(const Problem& problem, Kernel kernel) {
-    if (const auto problem_text = problem_with(problem)) throw std::invalid_argument(*problem_text);
+    require_problem(problem);
     impl_ = std::make_unique<Impl>(problem, kernels_for(kernel));
     impl_->factorise();
 }

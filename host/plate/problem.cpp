@@ -23,10 +23,6 @@ std::string text(double value) {
     return buffer.data();
 }
 
-std::string node_text(Index ix, Index iz) {
-    return "node (" + std::to_string(ix) + ", " + std::to_string(iz) + ")";
-}
-
 std::string grid_text(Index nx, Index nz) {
     return std::to_string(nx) + " x " + std::to_string(nz);
 }
@@ -151,6 +147,15 @@ std::optional<std::string> problem_with(const Problem& problem) {
     if (auto words = bad_fields(problem)) return words;
     if (auto words = bad_span(problem)) return words;
     return not_held(problem);
+}
+
+const Problem& require_problem(const Problem& problem) {
+    if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
+    return problem;
+}
+
+std::string node_text(Index ix, Index iz) {
+    return "node (" + std::to_string(ix) + ", " + std::to_string(iz) + ")";
 }
 
 }  // namespace palpate::plate

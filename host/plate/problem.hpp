@@ -36,6 +36,10 @@ struct Node {
 
 /// The first thing wrong with `problem`, in words for a person; nullopt when it can be solved.
 [[nodiscard]] std::optional<std::string> problem_with(const Problem& problem);
+/// `problem`. Throws std::invalid_argument with problem_with(problem).
+const Problem& require_problem(const Problem& problem);
+/// How words for a person name a node.
+[[nodiscard]] std::string node_text(Eigen::Index ix, Eigen::Index iz);
 
 /// A number that no guard can vouch for.
 struct Guard : std::runtime_error {

@@ -14,8 +14,6 @@
 namespace palpate::plate {
 namespace {
 
-constexpr double RESIDUAL_MAX = 1e-7;  ///< as of Plate
-
 struct Named {
     Method method;
     const char* name;

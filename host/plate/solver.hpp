@@ -37,6 +37,9 @@ struct Options {
     Kernel kernel = Kernel::portable;
 };
 
+/// A direct method that leaves more throws Guard.
+constexpr double RESIDUAL_MAX = 1e-7;
+
 /// How a solution came about. `w` is to be used if the status is `solved` only; otherwise it is the last
 /// iterate.
 struct Report {

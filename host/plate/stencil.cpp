@@ -81,12 +81,12 @@ void scale_row(const double* __restrict from, const bool* solid, std::size_t n, 
 }
 
 /// What multiplies the squares of a row of nodes, or of cells.
-struct Weights {
+struct RowWeights {
     double *xx, *zz, *xz, *twist;
 };
 
 /// twist: of the nodes, until the cells are made.
-void weigh_row(const Weights& to, const double* __restrict d, const double* __restrict poisson,
+void weigh_row(const RowWeights& to, const double* __restrict d, const double* __restrict poisson,
                const double* __restrict share_x, double share_z, std::size_t n) {
     double* const __restrict xx = to.xx;
     double* const __restrict zz = to.zz;

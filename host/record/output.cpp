@@ -4,6 +4,8 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "host/record/aside.hpp"
@@ -77,6 +79,13 @@ void write_file(const fs::path& file, std::string_view content) {
     AsideFile aside(file);
     aside.add(content.data(), content.size());
     aside.commit();
+}
+
+std::string text_in(const fs::path& file) {
+    std::ifstream in(file);
+    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+    return text;
 }
 
 OutputDirectory::OutputDirectory(const fs::path& directory) : final_(directory.lexically_normal()) {

@@ -25,7 +25,7 @@ constexpr float kSmallText_px = 14.0F;
 const ImVec2 kSection_px{300.0F, 204.0F};
 const ImVec2 kSectionRoom_px{1200.0F, 560.0F};  ///< least size of a picture with a cut in it
 
-ImU32 colour_of(Rgb c) {
+ImU32 ink_of(Rgb c) {
     return IM_COL32(c.r, c.g, c.b, 255);
 }
 
@@ -102,7 +102,7 @@ void draw_legend(const Pen& pen, const Legend& legend) {
         const float along = static_cast<float>(bar.y1 - 1 - y) / static_cast<float>(bar.y1 - bar.y0 - 1);
         const auto index = static_cast<std::size_t>(std::lround((is_one_value ? 0.5F : along) * 255.0F));
         pen.list().AddRectFilled({x0, static_cast<float>(y)}, {x1, static_cast<float>(y + 1)},
-                                 colour_of(viridis()[index]));
+                                 ink_of(viridis()[index]));
     }
     const float text_x = x0 - 9.0F;
     const float half = 0.5F * kText_px;
@@ -121,7 +121,7 @@ void draw_legend(const Pen& pen, const Legend& legend) {
         }
     }
     if (legend.has_unknown) {
-        pen.list().AddRectFilled({x0, y1 + 28.0F}, {x1, y1 + 46.0F}, colour_of(kUnknown));
+        pen.list().AddRectFilled({x0, y1 + 28.0F}, {x1, y1 + 46.0F}, ink_of(kUnknown));
         float y = y1 + 23.0F;
         for (const std::string& line : lines_of(legend.unknown)) {
             pen.write(text_x, y, line, Pen::Anchor::right, kSoftInk, kSmallText_px);
@@ -149,14 +149,13 @@ struct KeyRow {
 };
 
 void mark_skin(ImDrawList& list, ImVec2 at) {
-    list.AddRectFilled({at.x - 9.0F, at.y - 9.0F}, {at.x + 9.0F, at.y + 9.0F}, colour_of(viridis()[48]),
-                       4.0F);
+    list.AddRectFilled({at.x - 9.0F, at.y - 9.0F}, {at.x + 9.0F, at.y + 9.0F}, ink_of(viridis()[48]), 4.0F);
 }
 
 void mark_force(ImDrawList& list, ImVec2 at) {
-    list.AddLine({at.x - 9.0F, at.y}, {at.x + 4.0F, at.y}, colour_of(kForceColour), 4.0F);
+    list.AddLine({at.x - 9.0F, at.y}, {at.x + 4.0F, at.y}, ink_of(kForceColour), 4.0F);
     list.AddTriangleFilled({at.x + 10.0F, at.y}, {at.x + 2.0F, at.y - 6.0F}, {at.x + 2.0F, at.y + 6.0F},
-                           colour_of(kForceColour));
+                           ink_of(kForceColour));
 }
 
 void mark_tool(ImDrawList& list, ImVec2 at) {
@@ -219,7 +218,7 @@ void draw_key(const Pen& pen, const Frame& frame, const Caption& caption) {
         pen.write(x + 22.0F, y - 8.5F, row.words, Pen::Anchor::left, kSoftInk, kSmallText_px);
         y += kRow_px;
     }
-    pen.write(x - 9.0F, y - 8.0F, warning, Pen::Anchor::left, colour_of(kForceColour), kSmallText_px, true);
+    pen.write(x - 9.0F, y - 8.0F, warning, Pen::Anchor::left, ink_of(kForceColour), kSmallText_px, true);
 }
 
 void draw_force_label(const Pen& pen, const Frame& frame, const Camera& camera, Size size,
@@ -239,7 +238,7 @@ void draw_force_label(const Pen& pen, const Frame& frame, const Camera& camera, 
     const float x = tip->x + away * beside.x();
     const float y = tip->y + away * beside.y() - 0.5F * kBigText_px;
     pen.box(x - 0.5F * width - 6.0F, y - 1.0F, x + 0.5F * width + 6.0F, y + kBigText_px + 2.0F);
-    pen.write(x, y, words, Pen::Anchor::centre, colour_of(kForceColour), kBigText_px, true);
+    pen.write(x, y, words, Pen::Anchor::centre, ink_of(kForceColour), kBigText_px, true);
 }
 
 /// The cut through the contact, to one scale in both directions.
@@ -266,7 +265,7 @@ void draw_section(const Pen& pen, const Section& section, const Frame& frame, fl
     list.AddCircleFilled(at(section.tool_m), radius_px, IM_COL32(205, 213, 224, 255), 48);
     list.AddCircle(at(section.tool_m), radius_px, kSoftInk, 48);
     line(section.rest_m, kSoftInk, 1.5F, true);
-    line(section.dipped_m, colour_of(viridis()[48]), 3.0F, false);
+    line(section.dipped_m, ink_of(viridis()[48]), 3.0F, false);
     list.PopClipRect();
     const bool is_pressed = frame.depth_m > 0.0F && !frame.dip.empty();
     pen.write(x1 - 10.0F, y1 - 21.0F,

@@ -10,9 +10,9 @@
 namespace palpate::view {
 namespace {
 
-constexpr float kReach = 1.35F;      ///< disc radius over the distance to the farthest of the nearest four
+constexpr float kDiscReach = 1.35F;  ///< disc radius over the distance to the farthest of the nearest four
 constexpr float kDotRadius = 0.16F;  ///< of a left-behind dot over the distance between dots
-constexpr float kSameWall = 0.2F;    ///< least cosine between normals of neighbours
+constexpr float kSameSide = 0.2F;    ///< least cosine between normals of neighbours
 
 Eigen::Vector3f vector_of(const std::array<float, 3>& a) {
     return {a[0], a[1], a[2]};
@@ -77,7 +77,7 @@ void Surfels::find_neighbours(const Body& body) {
             if (j == i) continue;
             if (n_seen < 4) reach_m[i] = static_cast<float>((points_m[j] - points_m[i]).norm());
             ++n_seen;
-            if (n_kept == kNeighbours || body.normals[j].dot(body.normals[i]) < kSameWall) continue;
+            if (n_kept == kNeighbours || body.normals[j].dot(body.normals[i]) < kSameSide) continue;
             neighbours_[i][n_kept++] = static_cast<std::uint32_t>(j);
         }
     }
@@ -86,7 +86,8 @@ void Surfels::find_neighbours(const Body& body) {
     std::nth_element(sorted.begin(), middle, sorted.end());
     spacing_m_ = *middle;
     // A lone point far from the rest does not become a plate.
-    for (std::size_t i = 0; i < n; ++i) rest_[i].radius_m = kReach * std::min(reach_m[i], 3.0F * spacing_m_);
+    for (std::size_t i = 0; i < n; ++i)
+        rest_[i].radius_m = kDiscReach * std::min(reach_m[i], 3.0F * spacing_m_);
 }
 
 void Surfels::bend(std::span<const Moved> dip, float scale) {

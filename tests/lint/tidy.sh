@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# tests/lint/tidy.sh BUILD JOBS: clang-tidy on every C and C++ file of the product. A file is looked at again when it,
-# a header of the project that it reaches, its compile command, .clang-tidy or clang-tidy itself has changed.
+# tests/lint/tidy.sh BUILD JOBS: clang-tidy on every C and C++ file of the product, in the units in which BUILD compiles
+# them (PALPATE_UNITY: a dozen in one). A unit is looked at again when one of its files, a header of the project that
+# they reach, its compile command, .clang-tidy or clang-tidy itself has changed.
 # The tests' own files are held to warnings only: Catch's macros would triple the time.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -28,7 +29,7 @@ if clang-tidy --quiet --config-file=.clang-tidy "$cache/self/bad.cpp" -- -std=c+
   exit 1
 fi
 
-# FILE KEY: key = hash of all that a finding can depend on.
+# UNIT KEY: key = hash of all that a finding can depend on.
 tools=$(clang-tidy --version | tr -d '\n'; cat .clang-tidy)
 git ls-files -- 'common/*.c' 'firmware/*.c' 'sim/*.c' 'host/*.cpp' > "$cache/files"
 [ -s "$cache/files" ] || { echo "lint: no files" >&2; exit 1; }
@@ -37,9 +38,24 @@ awk -v root="$PWD/" '
   /"file":/ { file = $0; sub(/.*"file": "/, "", file); sub(/".*/, "", file)
               if (index(file, root) == 1) print substr(file, length(root) + 1) "\t" command }
 ' "$build/compile_commands.json" | LC_ALL=C sort -u -t "$(printf '\t')" -k 1,1 > "$cache/commands"
-missing=$(comm -23 <(LC_ALL=C sort "$cache/files") <(cut -f 1 "$cache/commands" | LC_ALL=C sort -u))
+# UNIT FILE...: what each compiles of the files above; a file that is in two is looked at in one.
+awk -v root="$PWD/" '
+  NR == FNR { is_wanted[$1]; next }
+  { sub(/\t.*/, ""); unit = $0; files = ""; n = 0
+    if (unit ~ /\/Unity\//) {
+      while ((getline line < unit) > 0) if (line ~ /^#include "/) {
+        sub(/^#include "/, "", line); sub(/".*/, "", line)
+        if (index(line, root) == 1) file[++n] = substr(line, length(root) + 1)
+      }
+      close(unit)
+    } else file[++n] = unit
+    for (i = 1; i <= n; ++i)
+      if (file[i] in is_wanted && !(file[i] in is_taken)) { is_taken[file[i]]; files = files " " file[i] }
+    if (files != "") print unit files }
+' "$cache/files" <(grep '/Unity/.*	' "$cache/commands"; cat "$cache/commands") > "$cache/units"
+missing=$(comm -23 <(LC_ALL=C sort "$cache/files") <(cut -d ' ' -f 2- "$cache/units" | tr ' ' '\n' | LC_ALL=C sort))
 [ -z "$missing" ] || { echo "lint: in no target, so never compiled:" $missing >&2; exit 1; }
-# The project headers that each file reaches: includes are written from the root.
+# UNIT FILE...: with the project headers that its files reach; includes are written from the root.
 awk '
   function scan(file,   line, name) {
     if (file in includes) return
@@ -50,28 +66,28 @@ awk '
     }
     close(file)
   }
-  { n = 1; delete seen; queue[1] = $0; seen[$0] = 1
+  { n = 0; delete seen; for (i = 2; i <= NF; ++i) { queue[++n] = $i; seen[$i] = 1 }
     for (i = 1; i <= n; ++i) {
       scan(queue[i]); k = split(includes[queue[i]], next_, " ")
       for (j = 1; j <= k; ++j) if (!(next_[j] in seen)) { seen[next_[j]] = 1; queue[++n] = next_[j] }
     }
-    printf "%s", $0; for (i = 2; i <= n; ++i) printf " %s", queue[i]; print ""
-  }' "$cache/files" > "$cache/reach"
+    printf "%s", $1; for (i = 1; i <= n; ++i) printf " %s", queue[i]; print ""
+  }' "$cache/units" > "$cache/reach"
 # (A generated header is not there to be read; what it is generated from is in the tree and changes seldom.)
-while read -r file reached; do
-  key=$( { printf '%s\n' "$tools"; grep -F "$file	" "$cache/commands"; cat "$file" $reached 2>/dev/null || true; } | sha256sum)
-  printf '%s %s\n' "$file" "${key%% *}"
+while read -r unit reached; do
+  key=$( { printf '%s\n' "$tools"; grep -F "$unit	" "$cache/commands"; cat "$unit" $reached 2>/dev/null || true; } | sha256sum)
+  printf '%s %s\n' "$unit" "${key%% *}"
 done < "$cache/reach" > "$cache/keys"
 
 one() {
-  local file=$1 mark=$2/$3.ok
+  local unit=$1 mark=$2/$3.ok
   [ -e "$mark" ] && return 0
   # stderr counts warnings in headers that nobody asked about.
-  clang-tidy --quiet -p "$4" "$file" 2>"$2/$3.err" || { cat "$2/$3.err" >&2; return 1; }
+  clang-tidy --quiet -p "$4" "$unit" 2>"$2/$3.err" || { cat "$2/$3.err" >&2; return 1; }
   rm -f "$2/$3.err" && touch "$mark"
 }
 export -f one
 find "$cache" -name '*.ok' -mtime +30 -delete
 fresh=$(while read -r _ key; do [ -e "$cache/$key.ok" ] || echo; done < "$cache/keys" | wc -l)
 xargs -P "$jobs" -L 1 bash -c 'one "$2" "$0" "$3" "$1"' "$cache" "$build" < "$cache/keys"
-echo "lint: clang-tidy, $(wc -l < "$cache/files") files ($fresh looked at, the rest unchanged)"
+echo "lint: clang-tidy, $(wc -l < "$cache/files") files in $(wc -l < "$cache/units") units ($fresh looked at, the rest unchanged)"

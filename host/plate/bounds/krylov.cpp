@@ -7,7 +7,6 @@
 namespace palpate::plate::bounds {
 namespace {
 
-constexpr double EPSILON = std::numeric_limits<double>::epsilon();  ///< twice the rounding error
 constexpr double STRAIN_OPERATIONS = 32;  ///< roundings in B and between w and a strain, at most
 
 }  // namespace

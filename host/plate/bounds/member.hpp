@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "host/plate/plate.hpp"
 
 namespace palpate::plate::bounds {
+
+constexpr double EPSILON = std::numeric_limits<double>::epsilon();  ///< twice a rounding error
 
 /// The uniform plate, 7 ways in which D may differ from uniform, one in which the foundation may.
 constexpr std::size_t N_MODES_MAX = 9;

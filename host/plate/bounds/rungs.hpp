@@ -7,8 +7,6 @@
 
 namespace palpate::plate::bounds {
 
-constexpr double EPSILON = std::numeric_limits<double>::epsilon();  ///< twice a rounding error
-
 /// What is known of the compliance.
 struct Range {
     double lower = 0.0, upper = std::numeric_limits<double>::infinity();

@@ -6,7 +6,7 @@ namespace palpate::plate::bounds {
 namespace {
 
 constexpr Real ULP = 0x1p-63L;  ///< of a long double, twice its rounding error
-constexpr Real STRAIN_OPERATIONS =
+constexpr Real SERIES_OPERATIONS =
     16;  ///< roundings between w and a strain, or a stress and a force, at most
 
 }  // namespace
@@ -73,7 +73,7 @@ double Uniform::imbalance(const Vector& stress, const Vector& load) const {
     const std::vector<Real> sums = setting->strains.row_sums();
     Real hidden = 0;
     for (std::size_t i = 0; i < stress.size(); ++i) hidden += sums[i] * std::fabs(stress[i]);
-    hidden *= STRAIN_OPERATIONS * ULP;
+    hidden *= SERIES_OPERATIONS * ULP;
     const Real seen = std::sqrt(std::fabs(inner(r, solve(r))));
     return UP * static_cast<double>(2 * seen + hidden / std::sqrt(Real(setting->least_eigenvalue)));
 }
@@ -82,7 +82,7 @@ Vector Uniform::slips(const Vector& w) const {
     Real most = 0;
     for (const Real v : w) most = std::max(most, std::fabs(v));
     Vector slips = setting->strains.row_sums();
-    for (Real& slip : slips) slip *= STRAIN_OPERATIONS * ULP * most;
+    for (Real& slip : slips) slip *= SERIES_OPERATIONS * ULP * most;
     return slips;
 }
 

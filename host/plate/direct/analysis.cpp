@@ -107,7 +107,7 @@ private:
     std::vector<std::uint32_t>& depths_;
 };
 
-constexpr std::array<std::pair<Index, Index>, 12> REACH{
+constexpr std::array<std::pair<Index, Index>, 12> COUPLED{
     {{-2, 0}, {-1, -1}, {-1, 0}, {-1, 1}, {0, -2}, {0, -1}, {0, 1}, {0, 2}, {1, -1}, {1, 0}, {1, 1}, {2, 0}}};
 
 /// Elimination numbers of what lies outside `box` within the 13-point stencil's reach, ascending.
@@ -116,7 +116,7 @@ std::vector<std::uint32_t> border_of(const Analysis& analysis, const Box& box) {
     for (Index ix = box.x0; ix < box.x1; ++ix) {
         for (Index iz = box.z0; iz < box.z1; ++iz) {
             if (ix >= box.x0 + 2 && ix + 2 < box.x1 && iz >= box.z0 + 2 && iz + 2 < box.z1) continue;
-            for (const auto& [dx, dz] : REACH) {
+            for (const auto& [dx, dz] : COUPLED) {
                 const Index x = ix + dx, z = iz + dz;
                 if (analysis.moving.holds(x, z) && !box.holds(x, z))
                     border.push_back(u32(analysis.number[analysis.layout.at(x, z)]));

@@ -16,13 +16,12 @@ using Eigen::ArrayXXd;
 using Eigen::Index;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-constexpr double RESIDUAL_MAX = 1e-7;    ///< as of Plate
 constexpr double STEP_MAX = 1.8;         ///< of D from a node to its eight neighbours
 constexpr double ENERGY_GAP_MAX = 0.02;  ///< of the energy form's strain energy from the forces' work
 
 const Problem& solvable(const Problem& problem) {
     const auto refuse = [](const std::string& words) { throw std::invalid_argument("eq7: " + words); };
-    if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
+    require_problem(problem);
     for (const Edge edge : problem.edges) {
         if (edge != Edge::clamped) refuse("all edges must be clamped");
     }

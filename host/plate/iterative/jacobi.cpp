@@ -12,15 +12,10 @@ namespace {
 constexpr long SWEEPS_PER_CHECK = 32;
 constexpr double GROWTH_MAX = 1e6;  ///< of an update over the first
 
-const Problem& valid(const Problem& problem) {
-    if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
-    return problem;
-}
-
 }  // namespace
 
 Jacobi::Jacobi(const Problem& problem, const Options& options, double omega)
-    : solid_(valid(problem).solid),
+    : solid_(require_problem(problem).solid),
       sweeper_(problem, sweep_kernel(options.kernel)),
       options_(options),
       omega_(omega),

@@ -14,7 +14,7 @@ constexpr long PATIENCE = 50;             ///< iterations without a smaller resi
 constexpr double RESTART_GAIN_MIN = 2.0;  ///< of the true residual from one restart to the next
 
 const Problem& coarsenable(const Problem& problem, const Options& options) {
-    if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
+    require_problem(problem);
     if (options.stop == StopRule::change) throw std::invalid_argument("multigrid stops on the residual only");
     const auto nx = problem.rigidity_n_m.rows(), nz = problem.rigidity_n_m.cols();
     if (!can_coarsen(nx, nz)) {

@@ -9,8 +9,6 @@
 namespace palpate::reference {
 namespace {
 
-constexpr double GRADING = 2.0;
-
 Terms joined(const std::vector<Terms>& parts) {
     Terms all;
     for (const Terms& part : parts) all.insert(all.end(), part.begin(), part.end());
@@ -32,7 +30,7 @@ public:
     }
 
 private:
-    [[nodiscard]] double radius(std::size_t node) const { return graded(node, cap_.elements, GRADING); }
+    [[nodiscard]] double radius(std::size_t node) const { return graded(node, cap_.elements); }
     [[nodiscard]] Unknown w(std::size_t node, std::size_t slope) const {
         return node == cap_.elements || (node == 0 && slope == 1) ? ZERO : 2 * node + slope;
     }

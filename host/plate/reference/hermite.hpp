@@ -31,9 +31,10 @@ using HermiteShape = std::array<HermiteFactors, 3>;
              {(12.0 * t - 6.0) / h / h, (6.0 * t - 4.0) / h, (6.0 - 12.0 * t) / h / h, (6.0 * t - 2.0) / h}}};
 }
 
-/// Place of a node of `elements`; `grading` 1: evenly spaced.
-[[nodiscard]] inline double graded(std::size_t node, std::size_t elements, double grading) {
-    return std::pow(static_cast<double>(node) / static_cast<double>(elements), grading);
+/// Place of a node of `elements`.
+[[nodiscard]] inline double graded(std::size_t node, std::size_t elements) {
+    const double even = static_cast<double>(node) / static_cast<double>(elements);
+    return even * even;
 }
 
 }  // namespace palpate::reference

@@ -9,8 +9,6 @@
 namespace palpate::reference {
 namespace {
 
-constexpr double GRADING = 2.0;
-
 /// w, then the displacements along x and along z; the place of each in the list of unknowns.
 enum Field : std::size_t { W, U, V };
 
@@ -95,7 +93,7 @@ private:
     }
 
     void add_element(LeastSquares& energy, Strain strain, std::size_t ix, std::size_t iz) const {
-        const auto place = [&](std::size_t i) { return graded(i, square_.elements, GRADING); };
+        const auto place = [&](std::size_t i) { return graded(i, square_.elements); };
         const double hx = place(ix + 1) - place(ix);
         const double hz = place(iz + 1) - place(iz);
         const double nu = square_.poisson;

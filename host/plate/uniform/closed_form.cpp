@@ -23,7 +23,7 @@ using Load = UniformSolution::Load;
 constexpr double EPSILON_MIN = 1e-8;
 constexpr int HALF_WAVES_FIRST = 50, HALF_WAVES_MAX = 800;  // per short side
 constexpr double ENOUGH = 1e-11;                            // relative change at which doubling ends
-constexpr double ROUNDING = 1e-15;                          // of the supported plate's compliance, absolute
+constexpr double SUM_ROUNDING = 1e-15;                      // of the supported plate's compliance, absolute
 constexpr double RADIUS_OVER_L_MAX = 6.0;                   // the disc's power series lose digits beyond
 
 /// Power series in y = i epsilon rho^2/4 = (lambda rho/2)^2, lambda^2 = i epsilon, H_k the harmonic numbers.
@@ -282,7 +282,7 @@ UniformSolution::UniformSolution(const UniformPlate& plate, const UniformLoad& l
     const double left = held - moments.relief;
     const double blurred =
         GREEN_REAL_ERROR * std::fabs((load_.spread * load_.spread).imag()) / plate_.epsilon;
-    compliance_ = {left * scale_m_per_n_, (error + ROUNDING + blurred) / left};
+    compliance_ = {left * scale_m_per_n_, (error + SUM_ROUNDING + blurred) / left};
 }
 
 ClosedForm UniformSolution::compliance() const {
