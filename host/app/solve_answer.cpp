@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/app/interrupt.hpp"
+#include "host/plate/grid_family.hpp"
 #include "host/plate/shell.hpp"
 #include "host/scene/scene.hpp"
 
@@ -63,6 +64,7 @@ plate::Sheet sheet_and_warning(const scene::PlateFile& file, std::string& warnin
     plate::Sheet sheet;
     sheet.size_m = vec(file.plate.size_m);
     sheet.rigidity_n_m = plate::sampled(file.rigidity.values_n_m, sheet.size_m, file.rigidity.sampling);
+    sheet.n_values = {file.rigidity.values_n_m.rows(), file.rigidity.values_n_m.cols()};
     sheet.poisson = file.plate.poisson;
     sheet.edges = file.plate.edges;
     const double foundation_n_per_m3 = file.plate.foundation_n_per_m3;
@@ -78,6 +80,18 @@ plate::Sheet sheet_and_warning(const scene::PlateFile& file, std::string& warnin
                 "stands for its stretching is a rough guess";
     }
     return sheet;
+}
+
+/// For a file that is finer than the grid.
+std::string unseen_words(const scene::PlateFile& file) {
+    const auto [nx, nz] = file.plate.nodes;
+    const Index rows = file.rigidity.values_n_m.rows(), columns = file.rigidity.values_n_m.cols();
+    const auto enough = [](Index n, Index values) {
+        return std::to_string(std::max(n, 4 * ((std::max<Index>(values, 9) + 2) / 4) + 1));
+    };
+    return "rigidity.file holds " + std::to_string(rows) + " x " + std::to_string(columns) + " values, " +
+           "of which " + std::to_string(nx) + " x " + std::to_string(nz) + " nodes do not see all; " +
+           "plate.nodes=[" + enough(nx, rows) + ", " + enough(nz, columns) + "] do";
 }
 
 /// What `auto` does without a grid.
@@ -112,6 +126,8 @@ SolveAnswer solve(const scene::PlateFile& file) {
         wanted.points_m.insert(wanted.points_m.end(), places.begin(), places.end());
     }
     answer.compliance = plate::compliance(sheet, {nx, nz}, loads, accuracy, wanted);
+    if (answer.warning.empty() && answer.compliance.nodes.nx > 0 && !plate::sees_all(sheet, {nx, nz}))
+        answer.warning = unseen_words(file);
     std::vector<double>& w = answer.compliance.deflection_m;
     answer.compliance.field_m.resize(0, 0);
     if (field && w.size() == wanted.points_m.size()) {

@@ -14,6 +14,12 @@ namespace {
 
 constexpr Eigen::Index NODES_MAX = 65;  ///< more cost seconds and narrow nothing
 
+/// 1 N, no node pulled: the bounds want that, and take the grid's own disc out again.
+std::vector<double> pushes(const OnGrid& on, const Load& load) {
+    return load.radius_m > 0.0 ? unit_pressure(on.lines, load.at_m, load.radius_m, Spread::linear)
+                               : on.unit_force;
+}
+
 }  // namespace
 
 std::optional<Bracket> certificate(const Sheet& sheet, const Nodes& nodes, const Load& load,
@@ -28,6 +34,12 @@ std::optional<Bracket> certificate(const Sheet& sheet, const Nodes& nodes, const
     }
     Nodes grid = nodes;
     while (std::max(grid.nx, grid.nz) > NODES_MAX && halves(grid) && halves(half(grid))) grid = half(grid);
+    if (!sees_all(sheet, grid)) {
+        why = "D is given at " + std::to_string(sheet.n_values[0]) + " x " +
+              std::to_string(sheet.n_values[1]) + " places, of which the certificate's " +
+              std::to_string(grid.nx) + " x " + std::to_string(grid.nz) + " nodes do not see all";
+        return std::nullopt;
+    }
     const OnGrid on(sheet, grid, std::array{load}, 1);
     if (const auto words = ContinuumBounds::none_because(on.problem)) {
         why = *words;
@@ -41,9 +53,12 @@ std::optional<Bracket> certificate(const Sheet& sheet, const Nodes& nodes, const
         return UniformSolution(plate, {.at_m = load.at_m, .radius_m = load.radius_m}).compliance().m_per_n;
     };
     try {
-        return continuum_bracket(on.problem, on.unit_force, exact, {.relative_error = wanted_relative_error},
-                                 &why);
+        return continuum_bracket(on.problem, pushes(on, load), exact,
+                                 {.relative_error = wanted_relative_error}, &why);
     } catch (const std::invalid_argument& error) {  // a disc out of the series' reach
+        why = error.what();
+        return std::nullopt;
+    } catch (const Guard& error) {  // a load so close to an edge that they have not ended
         why = error.what();
         return std::nullopt;
     }

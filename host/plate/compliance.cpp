@@ -73,18 +73,31 @@ void require(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads
     }
 }
 
-/// What stands against a closed form; nullopt when there is one.
-std::optional<std::string> no_closed_form(const Sheet& sheet, const Nodes& nodes,
-                                          std::span<const Load> loads) {
+/// Why fields on these nodes are not uniform; nullopt when they are.
+std::optional<std::string> not_uniform(const Sheet& sheet, const Nodes& nodes) {
     const Problem problem = on_grid(sheet, nodes.nx, nodes.nz);
     if (!Variation(problem.rigidity_n_m).uniform()) return "D is not uniform";
     if (!Variation(problem.foundation_n_per_m3).uniform()) return "the foundation is not uniform";
+    return std::nullopt;
+}
+
+/// What stands against a closed form; nullopt when there is one.
+std::optional<std::string> no_closed_form(const Sheet& sheet, const Nodes& nodes,
+                                          std::span<const Load> loads) {
+    if (auto words = not_uniform(sheet, nodes)) return words;
+    const Nodes all{std::max<Index>(sheet.n_values[0], 2), std::max<Index>(sheet.n_values[1], 2)};
+    if (auto words = not_uniform(sheet, all)) return words;
     if (sheet.solid) return "the plate has holes or an outline";
     for (const Edge edge : sheet.edges) {
         if (edge == Edge::free) return "an edge is free";
     }
     for (const Load& load : loads) {
         if (load.shape == Load::Shape::punch) return "a rigid punch has no closed form here";
+        const Eigen::Vector2d& at = load.at_m;
+        const double foundation_n_per_m3 =
+            sheet.foundation_n_per_m3 ? sheet.foundation_n_per_m3(at.x(), at.y()) : 0.0;
+        if (load.radius_m > disc_radius_max_m(sheet.rigidity_n_m(at.x(), at.y()), foundation_n_per_m3))
+            return "the disc is wider than its series holds, 6 (D/foundation)^(1/4)";
     }
     return std::nullopt;
 }
@@ -141,9 +154,12 @@ Compliance by_bounds(const Bracket& bracket, const std::string& why) {
 Compliance automatic(const Sheet& sheet, const Nodes& nodes, std::span<const Load> loads,
                      const Accuracy& accuracy, const Wanted& wanted, const std::optional<Bracket>& bracket) {
     if (!no_closed_form(sheet, nodes, loads)) {
-        Compliance result = by_closed_form(sheet, nodes, loads, wanted);
-        result.why = "D, foundation and edges have a closed form; it is exact";
-        return result;
+        try {
+            Compliance result = by_closed_form(sheet, nodes, loads, wanted);
+            result.why = "D, foundation and edges have a closed form; it is exact";
+            if (result.relative_error <= accuracy.tolerance) return result;
+        } catch (const Guard&) {
+        }  // close to an edge its series has not ended yet
     }
     if (bracket && bracket->relative_error() <= accuracy.tolerance && loads.size() == 1 &&
         wanted.points_m.empty() && !wanted.field) {
@@ -152,7 +168,8 @@ Compliance automatic(const Sheet& sheet, const Nodes& nodes, std::span<const Loa
     const GridFamily family(sheet, loads, accuracy, wanted);
     std::vector<Nodes> grids{nodes};
     while (accuracy.extrapolate && !wanted.field && halves(grids.back()) && halves(half(grids.back())) &&
-           std::min(grids.back().nx, grids.back().nz) > FIRST_NODES) {
+           std::min(grids.back().nx, grids.back().nz) > FIRST_NODES && sees_all(sheet, half(grids.back())) &&
+           family.has(half(grids.back()))) {
         grids.push_back(half(grids.back()));
     }
     Compliance result;
@@ -164,6 +181,10 @@ Compliance automatic(const Sheet& sheet, const Nodes& nodes, std::span<const Loa
         result = family.on(*grid, multigrid ? Method::multigrid : Method::cholesky);
         result.why = multigrid ? "smooth D, one load, many nodes: multigrid is quicker than a factor there"
                                : "a factor holds at any contrast and serves every load";
+        if (multigrid && result.status != Status::solved) {
+            result = family.on(*grid, Method::cholesky);
+            result.why = "multigrid does not reach the tolerance there, a factor does";
+        }
         if (result.status != Status::solved || result.relative_error <= accuracy.tolerance) break;
     }
     result.why += result.relative_error <= accuracy.tolerance
@@ -205,6 +226,10 @@ Compliance chosen(const Sheet& sheet, const Nodes& nodes, std::span<const Load> 
 void put_bracket(const std::optional<Bracket>& bracket, const std::string& why, Compliance& result) {
     if (result.method == Method::closed_form) {
         const double error = result.relative_error + ROUNDING;
+        if (!(error < 1.0)) {
+            result.no_bracket_why = "the closed form's own error is " + text(100.0 * error, 2) + " % there";
+            return;
+        }
         result.bracket_m_per_n = {result.m_per_n * (1.0 - error), result.m_per_n * (1.0 + error)};
         return;
     }

@@ -31,6 +31,9 @@ struct Sheet {
     Field poisson_at{};
     Field solid{};  ///< > 0 where there is plate
     std::array<Edge, 4> edges{};
+    /// Values of the finest of the fields along x and along z, corner to corner: a grid of fewer nodes does
+    /// not see them all. 1: known by formula, or uniform.
+    std::array<Eigen::Index, 2> n_values{1, 1};
 };
 
 /// A place that shall be a node, and of how many coarser grids too (each made of every second node).

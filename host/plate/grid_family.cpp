@@ -1,7 +1,9 @@
 #include "host/plate/grid_family.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -11,10 +13,25 @@
 namespace palpate::plate {
 namespace {
 
+using Eigen::Index;
+
 constexpr double TABLE_ERROR = 1e-6;  ///< of the twin's values, with a margin
 
 double richardson(double fine, double coarse) {
     return (4.0 * fine - coarse) / 3.0;
+}
+
+/// The grid and up to two coarser ones.
+std::vector<Nodes> with_coarser(const Nodes& nodes) {
+    std::vector<Nodes> grids{nodes};
+    while (grids.size() < 3 && halves(grids.back())) grids.push_back(half(grids.back()));
+    return grids;
+}
+
+std::string number_text(double value) {
+    std::array<char, 32> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+    return buffer.data();
 }
 
 }  // namespace
@@ -35,9 +52,24 @@ GridFamily::GridFamily(const Sheet& sheet, std::span<const Load> loads, const Ac
       wanted_(wanted),
       twin_(Twin::of(sheet, loads.front())) {}
 
+bool sees_all(const Sheet& sheet, const Nodes& nodes) {
+    return sheet.n_values[0] <= nodes.nx && sheet.n_values[1] <= nodes.nz;
+}
+
+bool GridFamily::has(const Nodes& nodes) const {
+    const int halvings = static_cast<int>(with_coarser(nodes).size()) - 1;
+    return !problem_with(OnGrid(sheet_, nodes, loads_, halvings).problem);
+}
+
 Compliance GridFamily::on(const Nodes& nodes, Method method) const {
-    std::vector<Nodes> grids{nodes};
-    while (grids.size() < 3 && halves(grids.back())) grids.push_back(half(grids.back()));
+    if (!has(nodes)) {
+        const Eigen::Vector2d& at_m = loads_.front().at_m;
+        throw std::invalid_argument(
+            "the load is " + number_text(std::min(at_m.minCoeff(), (sheet_.size_m - at_m).minCoeff())) +
+            " m from an edge, too close to be a node of a grid of " + std::to_string(nodes.nx) + " x " +
+            std::to_string(nodes.nz) + " nodes; it needs more nodes");
+    }
+    const std::vector<Nodes> grids = with_coarser(nodes);
     std::vector<Level> levels;
     for (std::size_t k = 0; k < grids.size(); ++k) {
         levels.push_back(level(grids[k], method, static_cast<int>(grids.size() - 1 - k)));
@@ -75,6 +107,7 @@ Compliance GridFamily::joined(const std::vector<Level>& levels, const Nodes& nod
     if (!(levels.front().answer.m_per_n > 0.0))
         throw Guard(std::string(name_of(method)) + " gives a compliance that is not positive");
     estimate(levels, result);
+    result.relative_error += unseen_error(nodes);
     read_deflections(levels, result);
     return result;
 }
@@ -149,6 +182,25 @@ double GridFamily::sampling_error(const Nodes& nodes) const {
         worst = std::max(worst, std::fabs(compliance() / here - 1.0));
     }
     return worst;
+}
+
+/// How far the compliance may be off for values of D between the nodes: one that lies within a factor of what
+/// the grid takes it for moves it by that factor at most. 0 where the nodes see all.
+double GridFamily::unseen_error(const Nodes& nodes) const {
+    if (sees_all(sheet_, nodes)) return 0.0;
+    const Field seen = sampled(on_grid(sheet_, nodes.nx, nodes.nz).rigidity_n_m, sheet_.size_m);
+    const auto place = [](Index i, Index n, double length_m) {
+        return n == 1 ? 0.0 : length_m * (static_cast<double>(i) / static_cast<double>(n - 1));
+    };
+    double worst = 0.0;
+    for (Index i = 0; i < sheet_.n_values[0]; ++i) {
+        for (Index j = 0; j < sheet_.n_values[1]; ++j) {
+            const double x_m = place(i, sheet_.n_values[0], sheet_.size_m.x()),
+                         z_m = place(j, sheet_.n_values[1], sheet_.size_m.y());
+            worst = std::max(worst, std::fabs(std::log(sheet_.rigidity_n_m(x_m, z_m) / seen(x_m, z_m))));
+        }
+    }
+    return std::expm1(worst);
 }
 
 /// The nodes under a punch are a ragged disc: first order in spacing over radius, 0.35 of it at most.

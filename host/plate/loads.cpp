@@ -18,14 +18,21 @@ Eigen::ArrayXd all_lines(const Eigen::ArrayXd& lines_m, Index n, double length_m
     return even_m;
 }
 
-/// Cubic Lagrange weights of the four lines around a place.
+/// Lagrange weights of the four lines around a place.
 struct LineWeights {
     Index first;
     std::array<double, 4> w{};
 
-    LineWeights(const Eigen::ArrayXd& lines_m, double at_m) {
+    LineWeights(const Eigen::ArrayXd& lines_m, double at_m, Spread spread = Spread::cubic) {
         const auto above = std::upper_bound(lines_m.begin(), lines_m.end(), at_m) - lines_m.begin();
         first = std::clamp<Index>(above - 2, 0, lines_m.size() - 4);
+        if (spread == Spread::linear) {
+            const Index low = std::clamp<Index>(above - 1, 0, lines_m.size() - 2);
+            const double share = (at_m - lines_m(low)) / (lines_m(low + 1) - lines_m(low));
+            w[static_cast<std::size_t>(low - first)] = 1.0 - share;
+            w[static_cast<std::size_t>(low + 1 - first)] = share;
+            return;
+        }
         for (std::size_t a = 0; a < 4; ++a) {
             w[a] = 1.0;
             for (std::size_t b = 0; b < 4; ++b) {
@@ -39,8 +46,8 @@ struct LineWeights {
 };
 
 template <typename Visit>
-void for_nodes_around(const GridLines& lines, const Eigen::Vector2d& at_m, Visit visit) {
-    const LineWeights x(lines.x_m, at_m.x()), z(lines.z_m, at_m.y());
+void for_nodes_around(const GridLines& lines, const Eigen::Vector2d& at_m, Spread spread, Visit visit) {
+    const LineWeights x(lines.x_m, at_m.x(), spread), z(lines.z_m, at_m.y(), spread);
     for (std::size_t b = 0; b < 4; ++b) {
         for (std::size_t a = 0; a < 4; ++a) {
             const Index node =
@@ -62,22 +69,24 @@ GridLines::GridLines(const Problem& problem)
       z_m(all_lines(problem.lines_z_m, problem.rigidity_n_m.cols(), problem.size_m.y())) {}
 
 void add_force(const GridLines& lines, const Eigen::Vector2d& at_m, double force_n,
-               std::span<double> at_nodes_n) {
-    for_nodes_around(lines, at_m,
+               std::span<double> at_nodes_n, Spread spread) {
+    for_nodes_around(lines, at_m, spread,
                      [&](std::size_t node, double weight) { at_nodes_n[node] += weight * force_n; });
 }
 
 double deflection_at(const GridLines& lines, const Eigen::Vector2d& at_m,
                      std::span<const double> at_nodes_m) {
     double sum = 0.0;
-    for_nodes_around(lines, at_m, [&](std::size_t node, double weight) { sum += weight * at_nodes_m[node]; });
+    for_nodes_around(lines, at_m, Spread::cubic,
+                     [&](std::size_t node, double weight) { sum += weight * at_nodes_m[node]; });
     return sum;
 }
 
-std::vector<double> unit_pressure(const GridLines& lines, const Eigen::Vector2d& at_m, double radius_m) {
+std::vector<double> unit_pressure(const GridLines& lines, const Eigen::Vector2d& at_m, double radius_m,
+                                  Spread spread) {
     std::vector<double> force_n(static_cast<std::size_t>(lines.x_m.size() * lines.z_m.size()), 0.0);
     if (!(radius_m > 0.0)) {
-        add_force(lines, at_m, 1.0, force_n);
+        add_force(lines, at_m, 1.0, force_n, spread);
         return force_n;
     }
     const double h_m = std::min(spacing_at(lines.x_m, at_m.x()), spacing_at(lines.z_m, at_m.y()));
@@ -89,7 +98,7 @@ std::vector<double> unit_pressure(const GridLines& lines, const Eigen::Vector2d&
             const double angle =
                 2.0 * std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
             add_force(lines, at_m + r_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)),
-                      1.0 / static_cast<double>(rings * rays), force_n);
+                      1.0 / static_cast<double>(rings * rays), force_n, spread);
         }
     }
     return force_n;

@@ -17,8 +17,8 @@ struct ShellTerm {
 };
 
 /// The k_f = E h kappa^2, kappa even over the patch, whose clamped square gives way at its centre as much as
-/// the mean over 8 directions t of squares with k_f(t) = E h (kappa2 cos^2 t + kappa1 sin^2 t)^2 (MATH.md,
-/// SHELL-MEAN). That is E h kappa1 kappa2, exact, on domes and bowls that the patch's edge does not hold. No
+/// the mean over 8 directions t of squares with k_f(t) = E h (kappa2 cos^2 t + kappa1 sin^2 t)^2 (MATH.md eq.
+/// 38). That is E h kappa1 kappa2, exact, on domes and bowls that the patch's edge does not hold. No
 /// foundation is right for cylinders and saddles: the mean lies between a fixed and an in-plane free edge for
 /// saddles, 25 % above free for the cylinder. Continuous from one to the other. E is replaced by its harmonic
 /// Gaussian mean over sigma = 2 l, as the membrane is not local (MATH.md eq. 39). The object is taken to go

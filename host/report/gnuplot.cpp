@@ -26,7 +26,10 @@ private:
 
 std::string gnuplot_quoted(const std::string& text) {
     std::string out = "'";
-    for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+    for (const char c : text) {
+        const bool is_control = (c >= 0 && c < 0x20) || c == 0x7F;  // a line's end would end the quotes too
+        out += c == '\'' ? std::string("''") : std::string(1, is_control ? '?' : c);
+    }
     return out + "'";
 }
 

@@ -66,7 +66,6 @@ struct Analysis {
     std::vector<std::uint32_t> entry_target;
 
 private:
-    void number_boxes();
     void place_fronts();
     void connect(const Front& parent, Front& child);
     void make_entries();

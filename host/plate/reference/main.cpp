@@ -15,7 +15,7 @@ namespace {
 
 namespace reference = palpate::reference;
 
-constexpr const char* HELP = R"(usage: palpate-reference plate|shell|square|cap < PROBLEM.json
+constexpr const char* HELP = R"(usage: palpate-reference plate|shell|square|cap|cholmod < PROBLEM.json
        palpate-reference depth-law > host/plate/depth_law_table.inc
 
 Answers from Ceres to hold the renderer's plates against. One point is held at a depth; the answer is the
@@ -78,7 +78,8 @@ std::string answer(const std::string& command) {
     if (command == "cholmod") return reference::cholmod_text(std::cin) + '\n';
     if (command == "depth-law") return reference::depth_table_text();
     if (command == "--help") return HELP;
-    throw reference::BadRequest("expected one command: plate, shell, square, cap or depth-law (or --help)");
+    throw reference::BadRequest(
+        "expected one command: plate, shell, square, cap, cholmod or depth-law (or --help)");
 }
 
 }  // namespace

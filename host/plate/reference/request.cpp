@@ -57,8 +57,14 @@ double positive_of(const nlohmann::json& request, const std::string& key) {
     return x;
 }
 
+std::array<double, 2> pair_of(const nlohmann::json& pair, const std::string& key) {
+    require(pair.is_array() && pair.size() == 2 && pair[0].is_number() && pair[1].is_number(),
+            key + ": needs two numbers");
+    return pair.get<std::array<double, 2>>();
+}
+
 void read_sides(const nlohmann::json& request, Plate& plate) {
-    const auto size = request.at("size_m").get<std::array<double, 2>>();
+    const auto size = pair_of(request.at("size_m"), "size_m");
     const auto nodes = counts(request.at("nodes"), "nodes");
     plate.size_x_m = size[0];
     plate.size_z_m = size[1];
@@ -107,7 +113,8 @@ Edge edge_of(const nlohmann::json& request) {
 }
 
 std::array<double, 2> curvatures_of(const nlohmann::json& request) {
-    const auto curvature = request.value("curvature_per_m", std::array<double, 2>{});
+    const auto curvature =
+        pair_of(request.value("curvature_per_m", nlohmann::json{0.0, 0.0}), "curvature_per_m");
     require(std::isfinite(curvature[0]) && std::isfinite(curvature[1]),
             "curvature_per_m: both must be finite");
     return curvature;

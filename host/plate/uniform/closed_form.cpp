@@ -24,7 +24,8 @@ constexpr double EPSILON_MIN = 1e-8;
 constexpr int HALF_WAVES_FIRST = 50, HALF_WAVES_MAX = 800;  // per short side
 constexpr double ENOUGH = 1e-11;                            // relative change at which doubling ends
 constexpr double SUM_ROUNDING = 1e-15;                      // of the supported plate's compliance, absolute
-constexpr double RADIUS_OVER_L_MAX = 6.0;                   // the disc's power series lose digits beyond
+constexpr double LENGTH = 10.0;            // of a plate to either side of the load, in short sides
+constexpr double RADIUS_OVER_L_MAX = 6.0;  // the disc's power series lose digits beyond
 
 /// Power series in y = i epsilon rho^2/4 = (lambda rho/2)^2, lambda^2 = i epsilon, H_k the harmonic numbers.
 struct DiscSeries {
@@ -245,24 +246,46 @@ void require_usable(const UniformPlate& plate, const UniformLoad& load) {
     require(plate.rigidity_n_m > 0.0 && std::isfinite(plate.rigidity_n_m), "rigidity must be positive");
     require(plate.foundation_n_per_m3 >= 0.0 && std::isfinite(plate.foundation_n_per_m3),
             "foundation must not be negative");
-    const double l_m = std::pow(plate.rigidity_n_m / plate.foundation_n_per_m3, 0.25);
-    require(load.radius_m >= 0.0 && load.radius_m <= RADIUS_OVER_L_MAX * l_m,
+    require(load.radius_m >= 0.0 &&
+                load.radius_m <= disc_radius_max_m(plate.rigidity_n_m, plate.foundation_n_per_m3),
             "the disc's radius must be between 0 and 6 l");
     const double reach_m = std::min(load.at_m.minCoeff(), (plate.size_m - load.at_m).minCoeff());
     require(load.at_m.allFinite() && reach_m > 0.0 && reach_m >= load.radius_m,
             "the load must lie inside the plate");
 }
 
+/// The part of a long plate that a load is felt in, from `corner_m`. Beyond LENGTH short sides what an edge
+/// there does comes back exp(-2 pi LENGTH) times smaller, so that it may as well be supported.
+UniformPlate felt(UniformPlate plate, const UniformLoad& load, Eigen::Vector2d& corner_m) {
+    const double reach_m = LENGTH * plate.size_m.minCoeff();
+    for (Index axis = 0; axis < 2; ++axis) {
+        const auto low = static_cast<std::size_t>(2 * axis);
+        const double from_m = load.at_m[axis] - load.radius_m - reach_m;
+        const double to_m = load.at_m[axis] + load.radius_m + reach_m;
+        if (to_m < plate.size_m[axis]) {
+            plate.size_m[axis] = to_m;
+            plate.edges[low + 1] = Edge::supported;
+        }
+        if (from_m > 0.0) {
+            corner_m[axis] = from_m;
+            plate.size_m[axis] -= from_m;
+            plate.edges[low] = Edge::supported;
+        }
+    }
+    return plate;
+}
+
 }  // namespace
 
-UniformSolution::UniformSolution(const UniformPlate& plate, const UniformLoad& load) {
-    require_usable(plate, load);
+UniformSolution::UniformSolution(const UniformPlate& whole, const UniformLoad& load) {
+    require_usable(whole, load);
+    const UniformPlate plate = felt(whole, load, corner_m_);
     unit_m_ = plate.size_m.minCoeff();
     scale_m_per_n_ = unit_m_ * unit_m_ / plate.rigidity_n_m;
     const double foundation_1 = plate.foundation_n_per_m3 / plate.rigidity_n_m;
     plate_ = {plate.size_m / unit_m_, std::max(std::sqrt(foundation_1) * unit_m_ * unit_m_, EPSILON_MIN),
               plate.edges};
-    load_ = {load.at_m / unit_m_, load.radius_m / unit_m_, 1.0};
+    load_ = {(load.at_m - corner_m_) / unit_m_, load.radius_m / unit_m_, 1.0};
     load_.spread = DiscSeries(plate_.epsilon, load_.radius).i1;
 
     const double held = supported_at_load(plate_, load_);
@@ -280,6 +303,7 @@ UniformSolution::UniformSolution(const UniformPlate& plate, const UniformLoad& l
     moments_ =
         Eigen::Map<const Eigen::VectorXd>(moments.moments.data(), static_cast<Index>(moments.moments.size()));
     const double left = held - moments.relief;
+    if (!(left > 0.0)) throw Guard("closed form: the series' error leaves no digit so close to an edge");
     const double blurred =
         GREEN_REAL_ERROR * std::fabs((load_.spread * load_.spread).imag()) / plate_.epsilon;
     compliance_ = {left * scale_m_per_n_, (error + SUM_ROUNDING + blurred) / left};
@@ -290,7 +314,8 @@ ClosedForm UniformSolution::compliance() const {
 }
 
 double UniformSolution::deflection_m_per_n(const Eigen::Vector2d& at_m) const {
-    const Eigen::Vector2d at = at_m / unit_m_;
+    const Eigen::Vector2d at = (at_m - corner_m_) / unit_m_;
+    if ((at.array() < 0.0).any() || (at.array() > plate_.size.array()).any()) return 0.0;  // LENGTH away
     double w = supported(plate_, load_, at);
     for (std::size_t i = 0; i < modes_.size(); ++i) {
         w -= moments_(static_cast<Index>(i)) * deflection(plate_, modes_[i], at, 1.0);
@@ -298,9 +323,8 @@ double UniformSolution::deflection_m_per_n(const Eigen::Vector2d& at_m) const {
     return w * scale_m_per_n_;
 }
 
-std::optional<UniformSolution> uniform_solution(const UniformPlate& plate, const UniformLoad& load) {
-    if (has_free_edge(plate)) return std::nullopt;
-    return UniformSolution(plate, load);
+double disc_radius_max_m(double rigidity_n_m, double foundation_n_per_m3) {
+    return RADIUS_OVER_L_MAX * std::pow(rigidity_n_m / foundation_n_per_m3, 0.25);
 }
 
 }  // namespace palpate::plate

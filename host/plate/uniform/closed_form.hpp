@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <complex>
-#include <optional>
 #include <vector>
 
 #include "host/plate/problem.hpp"
@@ -34,12 +33,13 @@ struct ClosedForm {
 /// the clamped edges, sine series up to 800 half waves per short side, take off it (MATH.md eq. 34-36).
 /// Relative error of the compliance for a load in the middle below 1e-12, on a foundation of
 /// a/l = 50 below 1e-10; at a distance d (short sides) from the corner of two clamped edges 1e-10 for d >
-/// 0.05, 1e-8 for 0.01, 1e-6 for 0.005, none below 0.001; compliance() tells. Any aspect; a/l to 400 was run.
+/// 0.05, 1e-8 for 0.01, 1e-6 for 0.005, none below 0.001; compliance() tells. Any aspect: of a plate longer
+/// than 20 short sides the 10 on either side of the load are looked at; a/l to 400 was run.
 /// Construction: 2 ms in the middle, 0.1 s near such a corner, longer on long plates (0.2 s at 1:10).
 class UniformSolution {
 public:
     /// Throws std::invalid_argument for a free edge, a size, rigidity or foundation out of range, a load not
-    /// inside.
+    /// inside; Guard when the series' error leaves no digit.
     UniformSolution(const UniformPlate& plate, const UniformLoad& load);
     /// Deflection at the load (over a disc: its mean), and its error estimated from two truncations.
     [[nodiscard]] ClosedForm compliance() const;
@@ -66,6 +66,7 @@ public:
     };
 
 private:
+    Eigen::Vector2d corner_m_{0.0, 0.0};  ///< of what is looked at
     double unit_m_;
     double scale_m_per_n_;
     Plate plate_;
@@ -75,8 +76,7 @@ private:
     ClosedForm compliance_{};
 };
 
-/// nullopt where an edge is free: no closed form. Throws as UniformSolution does.
-[[nodiscard]] std::optional<UniformSolution> uniform_solution(const UniformPlate& plate,
-                                                              const UniformLoad& load);
+/// The widest disc whose series keep their digits: 6 l, l = (D/k_f)^(1/4). Infinite without a foundation.
+[[nodiscard]] double disc_radius_max_m(double rigidity_n_m, double foundation_n_per_m3);
 
 }  // namespace palpate::plate

@@ -348,10 +348,9 @@ TEST_CASE("the polylogarithms meet their values at 1, -1, 1/2 and on the unit ci
 
 TEST_CASE("a free edge has no closed form, and what cannot be is refused") {
     UniformPlate plate = plate_of({1.0, 1.0});
-    CHECK(uniform_solution(plate, {{0.5, 0.5}}).has_value());
+    CHECK_NOTHROW(UniformSolution(plate, {{0.5, 0.5}}));
     const std::size_t k = GENERATE(as<std::size_t>{}, 0, 1, 2, 3);
     plate.edges[k] = Edge::free;
-    CHECK_FALSE(uniform_solution(plate, {{0.5, 0.5}}).has_value());
     CHECK_THROWS_AS(UniformSolution(plate, {{0.5, 0.5}}), std::invalid_argument);
 
     const double nan = std::nan("");

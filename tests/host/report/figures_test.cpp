@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "host/report/gnuplot.hpp"
 #include "tests/host/sheets.hpp"
 
 using namespace palpate;
@@ -93,4 +94,10 @@ TEST_CASE("without a nodule, or without a stroke over it, there is no stiffness 
         report::stiffness_ratio(*short_of_it.world, short_of_it.ticks, short_of_it.touches);
     CHECK_FALSE(beside.value);
     CHECK_THAT(beside.why, Contains("over the nodule"));
+}
+
+TEST_CASE("no text ends gnuplot's quotes") {
+    CHECK(report::gnuplot_quoted("it's") == "'it''s'");
+    CHECK(report::gnuplot_quoted("a\n!touch b\r#") == "'a?!touch b?#'");
+    CHECK(report::gnuplot_quoted("\xC3\xB6") == "'\xC3\xB6'");
 }
