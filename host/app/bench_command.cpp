@@ -257,7 +257,7 @@ void add_plate(CLI::App& bench, const std::shared_ptr<BenchOptions>& options, st
         ->check(bad_nodes)
         ->option_text("N");
     command->add_option("--budget", options->budget_s, "seconds for each row (0.1; with --full 1)")
-        ->check(CLI::PositiveNumber)
+        ->check(CLI::Range(1e-3, 3600.0))
         ->option_text("S");
     command->add_flag("--full", options->full, "129 and 257 nodes for every plate, and longer times: hours");
     command->footer(PLATE_FOOTER);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "host/chart/patch.hpp"
 #include "host/record/record.hpp"
@@ -41,12 +42,25 @@ double rate_hz(const std::vector<pal_tick>& ticks, std::size_t at) {
     return s > 0.0 ? static_cast<double>(high - low) / s : 0.0;
 }
 
+/// The foot on the wall that pushes. Deep in a thin object the other wall is nearer: it is looked for from
+/// farther and farther outside.
+std::optional<contact::Foot> touched(const scene::World& world, const Vector3d& tool, const Vector3d& force) {
+    const double radius_m = world.scene.touch.tool_radius_m;
+    const Vector3d out = force.normalized();
+    std::optional<contact::Foot> foot = world.surface->foot(tool, world.tree->nearest(tool));
+    for (double way_m = radius_m; way_m < 20.0 * radius_m; way_m *= 2.0) {
+        if (!foot || foot->normal.dot(out) >= 0.0) break;
+        foot = world.surface->foot(tool, world.tree->nearest(tool + way_m * out));
+    }
+    return foot;
+}
+
 void touch(const scene::World& world, const pal_tick& tick, view::Frame& frame) {
     if (!(tick.depth_m > 0.0F)) return;
     const Vector3d tool = world.on_object(vec(tick.position_m).cast<double>());
-    const auto foot = world.surface->foot(tool, world.tree->nearest(tool));
-    if (!foot) return;
     const double radius_m = world.scene.touch.tool_radius_m;
+    const auto foot = touched(world, tool, frame.force_n.cast<double>());
+    if (!foot) return;
     frame.proxy_m = (foot->point_m + radius_m * foot->normal).cast<float>();
     frame.normal = foot->normal.cast<float>();
     const double force_n = static_cast<double>(frame.force_n.norm()) / world.scene.placement.force_scale;

@@ -21,7 +21,9 @@ struct Place {
 /// other end, so that a binary body after it may begin with an LF.
 class Lines {
 public:
-    explicit Lines(std::string_view bytes) : bytes_(bytes) {}
+    /// A byte-order mark at the beginning belongs to no line.
+    explicit Lines(std::string_view bytes)
+        : bytes_(bytes), offset_(bytes.starts_with("\xEF\xBB\xBF") ? 3 : 0) {}
     /// False at the end. The view is without its line end.
     bool next(std::string_view& line);
     [[nodiscard]] std::size_t number() const { return number_; }  ///< of the line that next() gave, from 1
@@ -30,7 +32,7 @@ public:
 
 private:
     std::string_view bytes_;
-    std::size_t offset_ = 0;
+    std::size_t offset_;
     std::size_t number_ = 0;
     bool only_cr_ = false;
 };

@@ -5,12 +5,12 @@
 #include <stdexcept>
 
 #include "common/frame.h"
+#include "host/cloud/text.hpp"
 
 namespace palpate::scene {
 namespace {
 
-constexpr std::size_t HEADER_LINES_MAX = 200;
-constexpr std::size_t HEADER_LINE_MAX = 256;  // a binary body may have no line end for long
+constexpr std::size_t HEAD_MAX_BYTES = 1U << 20U;  // of a file that has no end_header, such as an OBJ
 
 Eigen::Matrix3d rows(const Eigen::Vector3d& x, const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
     Eigen::Matrix3d turn;
@@ -39,17 +39,6 @@ const std::array<Convention, 8>& table() {
     return all;
 }
 
-/// Like std::getline, but never longer than a header's line can be. False at the end and for a longer one.
-bool short_line(std::istream& in, std::string& line) {
-    line.clear();
-    for (char c = 0; in.get(c);) {
-        if (c == '\n') return true;
-        if (line.size() == HEADER_LINE_MAX) return false;
-        line.push_back(c);
-    }
-    return !line.empty();
-}
-
 }  // namespace
 
 std::span<const Convention> conventions() {
@@ -74,15 +63,19 @@ Eigen::Vector3d from_workspace_m(const Convention& to, const Eigen::Vector3d& at
 SpaceComment space_comment(const std::filesystem::path& points) {
     static constexpr std::string_view KEY = "SPACE=";
     std::ifstream in(points, std::ios::binary);
-    std::string line;
-    for (std::size_t number = 1; number <= HEADER_LINES_MAX && short_line(in, line); ++number) {
+    std::string head(HEAD_MAX_BYTES, '\0');
+    in.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(in.gcount()));
+    cloud::Lines lines(head);
+    for (std::string_view line; lines.next(line);) {
         if (line.starts_with("end_header")) break;
         if (!line.starts_with("comment") && !line.starts_with("#")) continue;
         const std::size_t at = line.find(KEY);
         if (at == std::string::npos) continue;
         const std::size_t first = at + KEY.size();
-        const std::size_t last = line.find_first_of(" \t\r;,", first);
-        return {line.substr(first, last == std::string::npos ? last : last - first), number};
+        const std::size_t last = line.find_first_of(" \t;,", first);
+        return {std::string(line.substr(first, last == std::string::npos ? last : last - first)),
+                lines.number()};
     }
     return {};
 }

@@ -9,6 +9,8 @@ namespace palpate::scene {
         return owner.member;      \
     }
 
+constexpr Range PLACE = {.at_least = -1000, .at_most = 1000};
+
 std::span<const Key<Scene>> scene_keys() {
     static const Key<Scene> keys[] = {
         {"title", PAL_FIELD(Scene, title), "\"A hard lump in a soft ear\"", "what a person calls it"},
@@ -81,12 +83,14 @@ std::span<const Key<Scene>> scene_keys() {
          .field = PAL_FIELD(Scene, placement.focus_m),
          .example = "[0.0, 0.0, 0.0]",
          .about = "this point of the object, after scaling, goes to ...",
-         .unit = "m"},
+         .unit = "m",
+         .range = PLACE},
         {.name = "placement.at_m",
          .field = PAL_FIELD(Scene, placement.at_m),
          .example = "[0.0, 0.0, 0.0]",
          .about = "... this point of the workspace; 0 is its middle; x right, y up, z towards the user",
-         .unit = "m"},
+         .unit = "m",
+         .range = PLACE},
         {.name = "placement.facing",
          .field = PAL_FIELD(Scene, placement.facing),
          .example = "\"keep\"",
@@ -213,7 +217,8 @@ std::span<const Key<Change>> nodule_keys() {
          .example = "[-0.0468, 0.0580, -0.0388]",
          .about = "nodule: its middle, projected onto the scan",
          .unit = "m",
-         .required = true},
+         .required = true,
+         .range = PLACE},
         {.name = "radius_m",
          .field = PAL_FIELD(Change, radius_m),
          .example = "0.006",
@@ -244,13 +249,15 @@ std::span<const Key<Change>> gradient_keys() {
          .example = "[0.075, -0.03, 0.0]",
          .about = "gradient: where the first factor holds",
          .unit = "m",
-         .required = true},
+         .required = true,
+         .range = PLACE},
         {.name = "to_m",
          .field = PAL_FIELD(Change, to_m),
          .example = "[-0.060, 0.03, 0.0]",
          .about = "gradient: where the second factor holds",
          .unit = "m",
-         .required = true},
+         .required = true,
+         .range = PLACE},
         {.name = "factor",
          .field = PAL_FIELD(Change, factor),
          .example = "[0.8, 1.2]",
@@ -275,7 +282,8 @@ std::span<const Key<PathPoint>> path_keys() {
          .example = "[-0.0443, 0.0618, -0.0521]",
          .about = "point of the object, projected onto the scan",
          .unit = "m",
-         .required = true},
+         .required = true,
+         .range = PLACE},
         {.name = "depth_m",
          .field = PAL_FIELD(PathPoint, depth_m),
          .example = "0.006",

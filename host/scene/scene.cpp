@@ -14,6 +14,11 @@ namespace palpate::scene {
 namespace {
 
 constexpr std::int64_t FORMAT = 1;
+constexpr double WAY_MIN_M = 1e-9;  ///< of a gradient
+
+double distance_m(const Vec3& a, const Vec3& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
 
 void read_format(const Source& source, const toml::table& tree) {
     const toml::node* node = tree.get("scene");
@@ -85,7 +90,7 @@ void check_change(const Source& source, const std::string& name, const Change& c
                                           "; at most twice radius_m, " + number_text(2.0 * change.radius_m) +
                                           ", is expected");
     }
-    if (change.shape == Change::Shape::gradient && change.from_m == change.to_m) {
+    if (change.shape == Change::Shape::gradient && !(distance_m(change.from_m, change.to_m) > WAY_MIN_M)) {
         source.fail(name + ".to_m", name + ".to_m is the same point as from_m; another one is expected");
     }
 }

@@ -313,6 +313,7 @@ std::uint64_t source_hash_of(const World& world) {
     const Scene& s = world.scene;
     Hash hash;
     hash.add(world.cloud.points_m);
+    hash.add(world.cloud.normals);
     hash.add(world.cloud.young_pa.data(), world.cloud.young_pa.size() * sizeof(double));
     for (const double number :
          {s.skin.thickness_m, s.skin.poisson, s.skin.foundation_n_per_m3,
@@ -343,6 +344,7 @@ std::unique_ptr<World> build(const Scene& scene, cloud::Cloud cloud) {
     world->cloud = std::move(cloud);
     Hash as_read;
     as_read.add(world->cloud.points_m);
+    as_read.add(world->cloud.normals);
     world->object_hash = as_read.value();
     turn_axes(scene.object, world->cloud);
     scale(scene.object, world->cloud);

@@ -93,7 +93,7 @@ void draw_legend(const Pen& pen, const Legend& legend) {
     const auto x1 = static_cast<float>(bar.x1);
     const auto y0 = static_cast<float>(bar.y0);
     const auto y1 = static_cast<float>(bar.y1);
-    const bool is_one_value = !(legend.max > legend.min);
+    const bool is_one_value = Range{legend.min, legend.max}.is_one_value();
     const float foot = legend.has_unknown ? 76.0F : 26.0F;
     pen.box(x0 - 110.0F, y0 - 62.0F, x1 + 12.0F, y1 + foot);
     pen.write(x1, y0 - 54.0F, "stiffness", Pen::Anchor::right, kInk, kText_px, true);
@@ -113,7 +113,9 @@ void draw_legend(const Pen& pen, const Legend& legend) {
         pen.write(text_x, y1 - half, text_of("%.4g", legend.min), Pen::Anchor::right, kInk, kText_px, true);
         const float span = legend.max - legend.min;
         const float step = round_step(span / 3.0F);
-        for (float v = step * std::ceil(legend.min / step); v < legend.max; v += step) {
+        const float first = std::ceil(legend.min / step);
+        for (int i = 0; step * (first + static_cast<float>(i)) < legend.max; ++i) {
+            const float v = step * (first + static_cast<float>(i));
             const float y = y1 - (v - legend.min) / span * (y1 - y0);
             if (y - y0 < 16.0F || y1 - y < 16.0F) continue;
             pen.list().AddLine({x0 - 5.0F, y}, {x0, y}, kInk);
@@ -318,9 +320,8 @@ std::optional<Legend> legend_of(const Body& body, Size size) {
     legend.max = range->max;
     legend.unknown = body.unknown;
     legend.bar = {right - kBarWidth_px, top, right, bottom};
-    const bool is_one_value = !(range->max > range->min);
-    legend.low = is_one_value ? viridis()[128] : viridis().front();
-    legend.high = is_one_value ? viridis()[128] : viridis().back();
+    legend.low = range->is_one_value() ? viridis()[128] : viridis().front();
+    legend.high = range->is_one_value() ? viridis()[128] : viridis().back();
     legend.has_unknown = std::any_of(body.stiffness_n_per_m.begin(), body.stiffness_n_per_m.end(),
                                      [](float value) { return !std::isfinite(value); });
     return legend;

@@ -54,9 +54,13 @@ std::optional<Range> finite_range(std::span<const float> values) {
     return range;
 }
 
+bool Range::is_one_value() const {
+    return !(max - min > 1e-4F * std::max(std::fabs(min), std::fabs(max)));
+}
+
 float shade(const Range& range, float value) {
     if (!std::isfinite(value)) return -1.0F;
-    if (!(range.max > range.min)) return 0.5F;
+    if (range.is_one_value()) return 0.5F;
     return std::clamp((value - range.min) / (range.max - range.min), 0.0F, 1.0F);
 }
 

@@ -23,6 +23,8 @@ constexpr Rgb kUnknown{150, 150, 150};
 struct Range {
     float min = 0.0F;
     float max = 0.0F;
+    /// Nothing that labels of four digits could tell apart: rounding is not drawn as if it were a find.
+    [[nodiscard]] bool is_one_value() const;
 };
 
 /// nullopt where no value is finite.

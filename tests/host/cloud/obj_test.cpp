@@ -102,6 +102,13 @@ TEST_CASE("a bad OBJ is refused with its line, what is wrong, and what would be 
     CHECK_THAT(obj_error(row.text), StartsWith(row.begins) && Contains(row.says));
 }
 
+TEST_CASE("a byte-order mark hides no vertex") {
+    const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n";
+    const Cloud plain = obj(text), marked = obj("\xEF\xBB\xBF" + text);
+    CHECK(marked.points_m == plain.points_m);
+    CHECK(marked.normals == plain.normals);
+}
+
 TEST_CASE("words from a hostile file are shown shortened and printable") {
     CHECK_THAT(obj_error("v " + std::string(100000, '\x1b') + " 0 0\n"),
                Contains("`????????????????????????????????...`"));

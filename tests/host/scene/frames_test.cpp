@@ -139,6 +139,13 @@ TEST_CASE("a scan in LPS or RAS is turned to face the operator, its numbers in a
     CHECK((world->cloud.points_m[41 * 20 + 20] - row.expected).norm() < DIGITS_M);
 }
 
+/// More and longer lines than a person writes.
+const std::string LONG_HEAD = [] {
+    std::string head = "ply\ncomment " + std::string(5000, 'x') + '\n';
+    for (int i = 0; i < 400; ++i) head += "obj_info nothing\n";
+    return head + "comment SPACE=RAS\nend_header\n";
+}();
+
 TEST_CASE("what a scan says about its axes is found in its head, with the line, and nowhere else") {
     struct Row {
         const char* text;
@@ -149,6 +156,8 @@ TEST_CASE("what a scan says about its axes is found in its head, with the line, 
         GENERATE(values<Row>({{"ply\nformat ascii 1.0\ncomment SPACE=LPS\nend_header\n", "LPS", 3},
                               {"ply\r\ncomment made by x; SPACE=RAS\r\nend_header\r\n", "RAS", 2},
                               {"# SPACE=LPS\nv 0 0 0\n", "LPS", 1},
+                              {LONG_HEAD.c_str(), "RAS", 403},
+                              {"ply\rcomment SPACE=LPS\rend_header\r", "LPS", 2},
                               {"# nothing\nv 0 0 0\n", "", 0},
                               {"ply\nend_header\ncomment SPACE=LPS\n", "", 0},
                               {"ply\nelement SPACE=LPS\nend_header\n", "", 0},

@@ -101,7 +101,7 @@ TEST_CASE("a grip can be a table of its own") {
 TEST_CASE("the resolved scene reads back to the same scene") {
     const std::string extra =
         "columns = []\n[touch]\nlaw = \"normal\"\n[hand]\ngrip = { mass_kg = 0.1, stiffness_n_per_m = 300, "
-        "damping_n_s_per_m = 5.5 }\npath = [{ t_s = 0, at_m = [0.1, 1e-7, 123456.75], depth_m = -0.01 }]\n";
+        "damping_n_s_per_m = 5.5 }\npath = [{ t_s = 0, at_m = [0.1, 1e-7, -876.015625], depth_m = -0.01 }]\n";
     const std::string text = GENERATE_COPY(as<std::string>{}, text_in(PAL_BUNNY_SCENE), SMALL,
                                            "title = \"tab? \\\\ \\\" é\"\n" + SMALL + extra.substr(13));
     const scene::Scene first = of(text);

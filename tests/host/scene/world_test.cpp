@@ -224,13 +224,16 @@ TEST_CASE("a scene of no file still says where") {
     CHECK_THAT(words_of(scene, sheets::flat(0.04)), StartsWith("sheet:1: patch.size_m = 50.0 mm"));
 }
 
-TEST_CASE("one ulp in one point's modulus, however far away, is another source") {
+TEST_CASE("one ulp in one point's modulus, however far away, is another source, and so is one normal") {
     const scene::Scene scene = sheets::skin(1e6);
     auto world = scene::build(scene, sheets::flat(0.04));
     const std::uint64_t before = scene::source_hash_of(*world);
     CHECK(before == world->source_hash);
     world->cloud.young_pa.back() = std::nextafter(world->cloud.young_pa.back(), 2e6);
-    CHECK(scene::source_hash_of(*world) != before);
+    const std::uint64_t other = scene::source_hash_of(*world);
+    CHECK(other != before);
+    world->cloud.normals.front() = -world->cloud.normals.front();  // decides what is inside
+    CHECK(scene::source_hash_of(*world) != other);
 }
 
 namespace {

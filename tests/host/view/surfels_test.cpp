@@ -98,6 +98,10 @@ TEST_CASE("unknown stiffness has no place on the scale, equal stiffness the midd
     CHECK(shade(*range, nan) == -1.0F);
     CHECK(shade(*range, 1.0F) == 0.5F);
     CHECK(shade(Range{2, 2}, 2) == 0.5F);
+    CHECK(Range{1000, std::nextafter(1000.0F, 2000.0F)}.is_one_value());  // no labels of four digits differ
+    CHECK(shade(Range{245.47F, 245.48F}, 245.47F) == 0.5F);
+    CHECK_FALSE(Range{245.4F, 245.5F}.is_one_value());
+    CHECK_FALSE(Range{0, 1e-20F}.is_one_value());
     CHECK_FALSE(finite_range(std::vector<float>{nan}).has_value());
 }
 
