@@ -33,7 +33,7 @@ fs::path with_suffix(fs::path path, const std::string& suffix) {
 /// Nothing but a result is ever removed.
 bool is_result(const fs::path& directory) {
     std::error_code error;
-    for (const char* name : {"summary.json", "scene.toml", "run.palrec", "results.json"}) {
+    for (const char* name : {"summary.json", "scene.toml", "run.palrec", "results.json", "latency.json"}) {
         if (fs::exists(directory / name, error)) return true;
     }
     return fs::is_empty(directory, error) && !error;
@@ -96,6 +96,7 @@ OutputDirectory::OutputDirectory(const fs::path& directory) : final_(directory.l
     partial_ = with_suffix(final_, ".partial");
     std::error_code error;
     if (fs::exists(final_, error) && !fs::is_directory(final_, error)) fail_directory(final_, "it is a file");
+    if (fs::exists(final_, error)) (void)free_place();  // said before the work, not after it
     fs::create_directories(partial_, error);
     if (error) fail_directory(final_, error.message());
     lock_ = open(partial_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -120,18 +121,23 @@ const fs::path& OutputDirectory::path() const {
     return partial_;
 }
 
-void OutputDirectory::rotate() const {
-    const auto kept = [this](int n) {
-        std::string suffix = ".";
-        return with_suffix(final_, suffix += std::to_string(n));
-    };
+fs::path OutputDirectory::kept(int n) const {
+    std::string suffix = ".";
+    return with_suffix(final_, suffix += std::to_string(n));
+}
+
+int OutputDirectory::free_place() const {
+    std::error_code error;
     int free = 1;
-    while (free < RESULTS_KEPT && fs::exists(kept(free))) ++free;
-    if (free == RESULTS_KEPT && fs::exists(kept(free))) {
-        if (!is_result(kept(free)))
-            fail_directory(final_, kept(free).string() + " is not a result and stays");
-        fs::remove_all(kept(free));
-    }
+    while (free < RESULTS_KEPT && fs::exists(kept(free), error)) ++free;
+    if (fs::exists(kept(free), error) && !is_result(kept(free)))
+        fail_directory(final_, kept(free).string() + " is not a result and stays");
+    return free;
+}
+
+void OutputDirectory::rotate() const {
+    const int free = free_place();
+    fs::remove_all(kept(free));
     for (int n = free; n > 1; --n) fs::rename(kept(n - 1), kept(n));
     fs::rename(final_, kept(1));
 }

@@ -115,6 +115,9 @@ public:
     OutputDirectory& operator=(const OutputDirectory&) = delete;
 
 private:
+    [[nodiscard]] std::filesystem::path kept(int n) const;
+    /// Where the earlier results make room: the first n without DIR.n, else the ninth, which is dropped.
+    [[nodiscard]] int free_place() const;
     void rotate() const;
     std::filesystem::path final_, partial_;
     int lock_ = -1;  ///< held while alive: two runs never write into one directory

@@ -46,6 +46,18 @@ TEST_CASE("earlier results move on, nine are kept") {
     CHECK(entries(folder) == 10);
 }
 
+TEST_CASE("the ninth of each kind of result is dropped for the next") {
+    const char* const name = GENERATE(as<const char*>{}, "summary.json", "results.json", "latency.json");
+    const fs::path folder = sample::folder("kinds");
+    for (int i = 1; i <= 11; ++i) {
+        record::OutputDirectory out(folder / "result");
+        record::write_file(out.path() / name, std::to_string(i));
+        out.commit();
+    }
+    CHECK(sample::text_in(folder / "result" / name) == "11");
+    CHECK(sample::text_in(folder / "result.9" / name) == "2");
+}
+
 TEST_CASE("a gap among the earlier results is filled before any is dropped") {
     const fs::path folder = sample::folder("gap");
     for (int i = 1; i <= 4; ++i) run(folder / "bunny", std::to_string(i));
@@ -61,8 +73,9 @@ TEST_CASE("a ninth directory that is no result is never removed") {
     for (int i = 1; i <= 10; ++i) run(folder / "bunny", std::to_string(i));
     fs::remove(folder / "bunny.9/summary.json");
     record::write_file(folder / "bunny.9/thesis.txt", "mine");
-    CHECK_THROWS_WITH(run(folder / "bunny", "11"),
+    CHECK_THROWS_WITH(record::OutputDirectory(folder / "bunny"),  // before the work, not after it
                       EndsWith("bunny.9 is not a result and stays); choose another with --out"));
+    CHECK_FALSE(fs::exists(folder / "bunny.partial"));
     CHECK(sample::text_in(folder / "bunny.9/thesis.txt") == "mine");
     CHECK(sample::text_in(folder / "bunny/summary.json") == "10");
 }
