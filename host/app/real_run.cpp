@@ -35,6 +35,10 @@ std::string grip_text(const scene::Hand& hand) {
     return out.str();
 }
 
+std::uint32_t ramp_ticks(const scene::Scene& scene) {
+    return static_cast<std::uint32_t>(std::lround(1e3 * scene.touch.ramp_s));
+}
+
 /// All but the simulated hand.
 LiveOptions live_options(const scene::Scene& scene) {
     const scene::Device& device = scene.device;
@@ -43,7 +47,7 @@ LiveOptions live_options(const scene::Scene& scene) {
                         .delta = device.model == scene::Device{}.model ? "" : device.model,
                         .sim_arguments = {},
                         .force_max_n = scene.touch.force_max_n,
-                        .ramp_ticks = std::lround(1e3 * scene.touch.ramp_s),
+                        .ramp_ticks = ramp_ticks(scene),
                         .loop_arguments = {}};
     if (!device.serial.empty()) options.device += ":" + device.serial;
     return options;
@@ -114,7 +118,8 @@ bool finished(const scene::World& world, bool simulated, const std::vector<pal_t
     if (ticks.empty()) return false;
     const pal_tick& last = ticks.back();
     if (simulated) {
-        return last.path_tick > path_ticks(world) || (last.path_tick == 0 && last.tick > HOMING_TICKS_MAX);
+        const std::uint32_t begins_at_most = HOMING_TICKS_MAX + ramp_ticks(world.scene);
+        return last.path_tick > path_ticks(world) || (last.path_tick == 0 && last.tick > begins_at_most);
     }
     const double duration_s = world.scene.run.duration_s;
     return duration_s > 0.0 && last.path_tick > std::lround(1e3 * duration_s);
@@ -146,8 +151,7 @@ public:
                     if (!words.empty()) progress.done(words);
                 }),
           tables_(prepared, live_.link()),
-          watcher_(live_.link(),
-                   static_cast<std::uint32_t>(std::lround(1e3 * prepared.world->scene.touch.ramp_s))),
+          watcher_(live_.link(), ramp_ticks(prepared.world->scene)),
           flight_(output.directory, output.header) {}
 
     RunResult run(const Operator& rig) {

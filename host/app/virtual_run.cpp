@@ -11,7 +11,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr std::uint32_t HOMING_TICKS_MAX = 5000;
+constexpr std::uint32_t HOMING_TICKS_MAX = 5000;  // the ramp before the path comes on top
 
 struct FreeStand {
     void operator()(pal_stand* stand) const { pal_stand_free(stand); }
@@ -67,7 +67,7 @@ RunResult run_virtual(const Prepared& prepared, const Operator& rig, Progress& p
         static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
     result.start_monotonic_ns = monotonic_ns();
     Underway underway;
-    std::uint32_t left = HOMING_TICKS_MAX;
+    std::uint32_t left = HOMING_TICKS_MAX + config.ramp_ticks;
     const std::uint32_t after_begin = path_ticks(world);
     for (std::uint32_t tick = 0; left > 0; ++tick, --left) {
         const pal_table* published = nullptr;

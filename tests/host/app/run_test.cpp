@@ -111,6 +111,15 @@ TEST_CASE("--duration ends the path early, --check full compares every tick of c
     CHECK(ticks["contact"] < 400);
 }
 
+TEST_CASE("a soft start longer than homing may take is no homing that failed", "[run]") {
+    const Folder folder;
+    const Outcome outcome =
+        run(folder, write_sheet(folder.path()), {"--quiet", "--duration", "0.5", "--set", "touch.ramp_s=6"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(json_of(folder / "result" / "summary.json")["verdict"] == "pass");
+}
+
 TEST_CASE("a run without contact says so, draws what there is and names no file that is missing", "[run]") {
     const Folder folder;
     const Outcome outcome = run(folder, write_sheet(folder.path()), {"--duration", "0.1"});
