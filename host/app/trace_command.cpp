@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/latency/publications.hpp"
 #include "host/latency/trace.hpp"
 #include "host/record/aside.hpp"
@@ -38,6 +39,7 @@ std::span<const pal_tick> chosen_ticks(const std::vector<pal_tick>& ticks, const
 }
 
 int trace(const TraceOptions& options) {
+    catch_interrupts();
     std::error_code ignored;
     if (std::filesystem::equivalent(options.record, options.out, ignored)) {
         throw record::Error(options.out + ": is the record itself; choose another --out");
@@ -47,8 +49,10 @@ int trace(const TraceOptions& options) {
     const std::span<const pal_tick> ticks = chosen_ticks(record.ticks, options);
     if (ticks.empty()) throw record::Error(options.record + ": no ticks in this time");
     const latency::TraceResult result =
-        latency::write_trace(ticks, latency::publications_of(record),
-                             [&file](std::string_view piece) { file.add(piece.data(), piece.size()); });
+        latency::write_trace(ticks, latency::publications_of(record), [&file](std::string_view piece) {
+            stop_when_interrupted();
+            file.add(piece.data(), piece.size());
+        });
     file.commit();
     if (options.quiet) return 0;
     std::cerr << options.out << ": " << ticks.size() << " ticks, " << result.n_events

@@ -6,7 +6,8 @@ namespace palpate::record {
 
 class AsideFile {
 public:
-    /// Throws Error `FILE: cannot be written (reason)`, like the rest.
+    /// Of a symbolic link its target is written. Throws Error `FILE: cannot be written (reason)`, like the
+    /// rest; also when FILE is there and no regular file.
     explicit AsideFile(std::filesystem::path file);
     ~AsideFile();  ///< without commit() nothing remains
     AsideFile(const AsideFile&) = delete;
@@ -15,8 +16,8 @@ public:
     void commit();
 
 private:
-    [[noreturn]] void fail(int error);
-    std::filesystem::path final_, aside_;
+    [[noreturn]] void fail(const std::string& why);
+    std::filesystem::path name_, final_, aside_;  ///< as given; where it lies; beside that
     int fd_ = -1;
     bool committed_ = false;
 };

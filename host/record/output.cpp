@@ -30,6 +30,18 @@ fs::path with_suffix(fs::path path, const std::string& suffix) {
     return path;
 }
 
+/// Where `file` lies when it is a symbolic link, which then stays one.
+fs::path behind_links(fs::path file) {
+    constexpr int LINKS_MAX = 40;  // as many as the kernel follows
+    std::error_code error;
+    for (int n = 0; n < LINKS_MAX && fs::is_symlink(file, error); ++n) {
+        const fs::path next = fs::read_symlink(file, error);
+        if (error) break;
+        file = file.parent_path() / next;  // `next` alone when it is absolute
+    }
+    return file;
+}
+
 /// Nothing but a result is ever removed.
 bool is_result(const fs::path& directory) {
     std::error_code error;
@@ -41,9 +53,15 @@ bool is_result(const fs::path& directory) {
 
 }  // namespace
 
-AsideFile::AsideFile(fs::path file) : final_(std::move(file)), aside_(with_suffix(final_, ".partial")) {
+AsideFile::AsideFile(fs::path file)
+    : name_(std::move(file)), final_(behind_links(name_)), aside_(with_suffix(final_, ".partial")) {
+    std::error_code error;
+    const fs::file_status found = fs::status(name_, error);
+    if (fs::is_symlink(final_, error)) fail(reason(ELOOP));
+    if (fs::is_directory(found)) fail("it is a directory");
+    if (fs::exists(found) && !fs::is_regular_file(found)) fail("it is no regular file");
     fd_ = open(aside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    if (fd_ < 0) fail(errno);
+    if (fd_ < 0) fail(reason(errno));
 }
 
 AsideFile::~AsideFile() {
@@ -56,7 +74,7 @@ void AsideFile::add(const void* bytes, std::size_t n_bytes) {
     while (n_bytes > 0) {
         const ssize_t n = ::write(fd_, at, n_bytes);
         if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) fail(n == 0 ? ENOSPC : errno);
+        if (n <= 0) fail(reason(n == 0 ? ENOSPC : errno));
         at += n;
         n_bytes -= static_cast<std::size_t>(n);
     }
@@ -65,14 +83,13 @@ void AsideFile::add(const void* bytes, std::size_t n_bytes) {
 void AsideFile::commit() {
     const int closed = close(fd_);
     fd_ = -1;
-    if (closed != 0) fail(errno);
-    if (std::rename(aside_.c_str(), final_.c_str()) != 0) fail(errno);
+    if (closed != 0) fail(reason(errno));
+    if (std::rename(aside_.c_str(), final_.c_str()) != 0) fail(reason(errno));
     committed_ = true;
 }
 
-void AsideFile::fail(int error) {
-    const std::string words = final_.string() + ": cannot be written (" + reason(error) + ")";
-    throw Error(words);
+void AsideFile::fail(const std::string& why) {
+    throw Error(name_.string() + ": cannot be written (" + why + ")");
 }
 
 void write_file(const fs::path& file, std::string_view content) {

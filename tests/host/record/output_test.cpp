@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 
 #include "tests/host/record/sample.hpp"
@@ -147,4 +149,40 @@ TEST_CASE("a full disk leaves no file and says so") {
     CHECK_THROWS_WITH(record::write_file(folder / "a.txt", "x"),
                       (folder / "a.txt").string() + ": cannot be written (No space left on device)");
     CHECK(entries(folder) == 0);
+}
+
+TEST_CASE("what is no regular file is never replaced by one, and says so") {
+    const fs::path folder = sample::folder("irregular");
+    fs::create_directory(folder / "directory");
+    REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+    fs::create_symlink("/dev/null", folder / "device");
+    const auto refused = [&](const fs::path& file, const std::string& reason) {
+        CHECK_THROWS_WITH(record::write_file(file, "x"),
+                          file.string() + ": cannot be written (" + reason + ")");
+    };
+    refused(folder / "directory", "it is a directory");
+    refused(folder / "pipe", "it is no regular file");
+    refused(folder / "device", "it is no regular file");
+    refused("/dev/null", "it is no regular file");
+    CHECK(fs::is_fifo(folder / "pipe"));
+    CHECK(fs::is_symlink(folder / "device"));
+    CHECK(entries(folder) == 3);
+}
+
+TEST_CASE("through a symbolic link its target is written, and the link stays") {
+    const fs::path folder = sample::folder("link");
+    fs::create_directory(folder / "far");
+    fs::create_symlink("far/second", folder / "first");
+    fs::create_symlink("a.txt", folder / "far/second");
+    for (const char* words : {"new", "newer"}) {
+        record::write_file(folder / "first", words);
+        CHECK(fs::is_symlink(folder / "first"));
+        CHECK(fs::is_symlink(folder / "far/second"));
+        CHECK(sample::text_in(folder / "far/a.txt") == words);
+    }
+    CHECK(entries(folder) == 2);
+    CHECK(entries(folder / "far") == 2);
+    fs::create_symlink("round", folder / "round");
+    CHECK_THROWS_WITH(record::write_file(folder / "round", "x"), StartsWith((folder / "round").string()));
+    CHECK(fs::is_symlink(folder / "round"));
 }
