@@ -166,7 +166,7 @@ private:
 void write_results(const std::filesystem::path& directory, const latency::Report& report,
                    const std::string& text, const nlohmann::json& json, Progress& progress) {
     record::write_file(directory / "latency.txt", text);
-    record::write_file(directory / "latency.json", json.dump(1) + "\n");
+    record::write_file(directory / "latency.json", record::json_text(json, 1) + "\n");
     record::write_file(directory / "wake_up.hist",
                        latency::cyclictest_text(report.measured.wake_up_raw.histogram));
     const std::string words =
@@ -197,7 +197,7 @@ int measure_latency(const LatencyOptions& options) {
         out->commit();
     }
     if (options.json) {
-        std::cout << json.dump(1) << '\n';
+        std::cout << record::json_text(json, 1) << '\n';
     } else {
         std::cout << text;
     }

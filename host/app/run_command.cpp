@@ -273,11 +273,11 @@ int run(const RunOptions& options) {
     Json summary = summary_of(options, prepared, result, progress);
     const int code = judge(*prepared.world, result, summary);
     write_results(out.path(), header, prepared, result, progress);
-    record::write_file(out.path() / "summary.json", summary.dump(2) + "\n");
+    record::write_file(out.path() / "summary.json", record::json_text(summary, 2) + "\n");
     out.commit();
     progress.leave();
     if (!options.quiet) say(summary, output_directory(options));
-    if (options.json && !(std::cout << summary.dump(2) << std::endl))
+    if (options.json && !(std::cout << record::json_text(summary, 2) << std::endl))
         throw std::runtime_error("stdout cannot be written; summary.json has what --json would have printed");
     return code;
 }

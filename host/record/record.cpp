@@ -170,7 +170,7 @@ std::unique_ptr<pal_table> table_from(std::span<const std::byte> bytes) {
 
 void write(const std::filesystem::path& file, const Record& record) {
     const std::string tables = tables_text(record.tables);
-    const std::string json = record.header.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    const std::string json = json_text(record.header);
     const std::size_t ticks_bytes = record.ticks.size() * sizeof(pal_tick);
     std::string content;
     content.reserve(ticks_bytes + tables.size() + json.size());

@@ -97,6 +97,12 @@ void write_events_csv(const std::filesystem::path& file, std::span<const pal_tic
 [[nodiscard]] std::string hash_text(std::uint64_t hash);
 [[nodiscard]] std::string stop_word(std::uint32_t stop);
 
+/// JSON as text, one line without an indent. What is not UTF-8 in it (a file's name may be anything) becomes
+/// U+FFFD: no finished run is lost for a name.
+template <class Json>  // nlohmann::json, or ordered_json, which keeps its order
+[[nodiscard]] std::string json_text(const Json& json, int indent = -1) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 /// Writes `content` to `file` by way of a file beside it and a rename; throws Error naming the file and the
 /// reason.
 void write_file(const std::filesystem::path& file, std::string_view content);

@@ -120,6 +120,18 @@ TEST_CASE("a soft start longer than homing may take is no homing that failed", "
     CHECK(json_of(folder / "result" / "summary.json")["verdict"] == "pass");
 }
 
+TEST_CASE("a file whose name is not UTF-8 is felt like any other", "[run]") {
+    const Folder folder;
+    const std::filesystem::path scene = folder / "sh\xe9\x65t.toml";  // as Latin-1 writes it
+    std::filesystem::rename(write_sheet(folder.path()), scene);
+    const Outcome outcome = run(folder, scene.string(), {"--json", "--duration", "0.1"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    const nlohmann::json summary = json_of(folder / "result" / "summary.json");
+    CHECK(nlohmann::json::parse(outcome.out) == summary);
+    CHECK_THAT(summary["command"].get<std::string>(), Contains("sh\xef\xbf\xbd\x65t.toml"));
+}
+
 TEST_CASE("a run without contact says so, draws what there is and names no file that is missing", "[run]") {
     const Folder folder;
     const Outcome outcome = run(folder, write_sheet(folder.path()), {"--duration", "0.1"});
