@@ -3,8 +3,12 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
 
 namespace palpate::app {
+
+/// A check for options: CLI11's own ranges let NaN through.
+[[nodiscard]] std::string refusal_of_not_finite(const std::string& number);
 
 /// Adds the command; `chosen` is set to what it does when the command line names it.
 void add_run(CLI::App& palpate, std::function<int()>& chosen);

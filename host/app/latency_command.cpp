@@ -221,7 +221,8 @@ void add_latency(CLI::App& device, std::function<int()>& chosen) {
                         "with usb: the boot image (palpate device firmware)");
     command->add_option("--delta", options->delta, "with usb: another delta's geometry and gains, TOML");
     command->add_option("--seconds", options->seconds, "how long to measure (10)")
-        ->check(CLI::Range(1.0, 86400.0));
+        ->check(CLI::Range(1.0, 86400.0))
+        ->check(refusal_of_not_finite);
     command->add_option("--cpu", options->cpu, "processor for the loop; any by default")
         ->check(CLI::Range(0, 1023));
     command->add_option("--policy", options->policy, "of the loop: fifo, deadline or other (fifo)")

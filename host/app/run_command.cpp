@@ -1,4 +1,6 @@
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <iostream>
 #include <optional>
@@ -12,6 +14,7 @@
 #include "host/app/touch_picture.hpp"
 #include "host/report/figures.hpp"
 #include "host/report/pictures.hpp"
+#include "host/scene/resolve.hpp"
 #ifdef PALPATE_HAS_RIG
 #include "host/app/rig_operator.hpp"
 #endif
@@ -41,18 +44,31 @@ std::vector<std::string> overrides_of(const RunOptions& options) {
     const std::size_t colon = options.device.find(':');
     const std::string backend = options.device.substr(0, colon);
     const std::string clock = options.clock.empty() && backend == "usb" ? "real" : options.clock;
-    if (!clock.empty()) overrides.push_back("run.clock=" + clock);
-    if (!backend.empty()) overrides.push_back("device.backend=" + backend);
-    if (colon != std::string::npos) overrides.push_back("device.serial=" + options.device.substr(colon + 1));
-    if (!options.firmware.empty()) overrides.push_back("device.firmware=" + options.firmware);
-    if (!options.delta.empty()) overrides.push_back("device.model=" + options.delta);
-    if (options.duration_s > 0.0) overrides.push_back("run.duration_s=" + std::to_string(options.duration_s));
+    const auto set = [&](const char* key, const std::string& toml) {
+        overrides.push_back(std::string(key) + "=" + toml);
+    };
+    if (!clock.empty()) set("run.clock", clock);
+    if (!backend.empty()) set("device.backend", backend);
+    // As TOML strings: a serial number or a file's name may look like a number.
+    if (colon != std::string::npos)
+        set("device.serial", scene::toml_string(options.device.substr(colon + 1)));
+    if (!options.firmware.empty()) set("device.firmware", scene::toml_string(options.firmware));
+    if (!options.delta.empty()) set("device.model", scene::toml_string(options.delta));
+    if (options.duration_s > 0.0) set("run.duration_s", scene::number_text(options.duration_s));
     return overrides;
+}
+
+/// As a shell takes it for one word.
+std::string shell_word(const std::string& text) {
+    if (text.find_first_of(" \t\n\"'\\$`&|;<>()*?[]#~!{}") == std::string::npos) return text;
+    std::string out = "'";
+    for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return out + "'";
 }
 
 std::string command_of(const RunOptions& options) {
     std::string command = "palpate run " + options.scene;
-    for (const std::string& set : overrides_of(options)) command += " --set " + set;
+    for (const std::string& set : overrides_of(options)) command += " --set " + shell_word(set);
     return command + " --check " + options.check;
 }
 
@@ -284,6 +300,11 @@ int run(const RunOptions& options) {
 
 }  // namespace
 
+std::string refusal_of_not_finite(const std::string& number) {
+    const bool finite = std::isfinite(std::strtod(number.c_str(), nullptr));
+    return finite ? "" : "a finite number is expected, not " + number;
+}
+
 void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     auto options = std::make_shared<RunOptions>();
     CLI::App* command =
@@ -296,7 +317,8 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     command
         ->add_option("--duration", options->duration_s,
                      "seconds of the path to run; its whole length by default")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber)
+        ->check(refusal_of_not_finite);
     command->add_option("--out", options->out, "result folder; an earlier one moves to DIR.1 (out/SCENE)");
     command->add_option("--set", options->set, "section.key=value: any key of the scene, kept in the record")
         ->allow_extra_args(false);

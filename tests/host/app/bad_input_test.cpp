@@ -227,6 +227,10 @@ TEST_CASE("a bad option or argument is refused by its name", "[bad]") {
     CHECK_THAT(Refused(folder, {"--nonsense"}).outcome.err, Contains("--nonsense"));
     CHECK_THAT(Refused(folder, {"--clock", "sand"}).outcome.err, Contains("--clock") && Contains("sand"));
     CHECK_THAT(Refused(folder, {"--duration", "-1"}).outcome.err, Contains("--duration"));
+    for (const char* number : {"nan", "inf", "0"})
+        CHECK_THAT(Refused(folder, {"--duration", number}).outcome.err, Contains("--duration"));
+    CHECK_THAT(Refused(folder, {"--device", "usb:12345678", "--firmware", "123"}).outcome.err,
+               Contains("123: No such file"));
     CHECK_THAT(Refused(folder, {"--device", "usb", "--firmware", "/nowhere.bin"}).outcome.err,
                Contains("/nowhere.bin: No such file"));
     CHECK_THAT(Refused(folder, {"--device", "link"}).outcome.err,

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 
+#include "host/record/record.hpp"
 #include "tests/host/app/processes.hpp"
 #include "tests/host/app/sheet.hpp"
 #include "tests/lacking.hpp"
@@ -109,6 +110,13 @@ TEST_CASE("--duration ends the path early, --check full compares every tick of c
     CHECK(ticks["checked"] == ticks["contact"]);
     CHECK(ticks["contact"] > 150);
     CHECK(ticks["contact"] < 400);
+}
+
+TEST_CASE("the shortest --duration is short, and not the whole path", "[run]") {
+    const Folder folder;
+    CHECK(run(folder, write_sheet(folder.path()), {"--duration", "1e-7"}).code == 0);
+    const palpate::record::Record record = palpate::record::read(folder / "result" / "run.palrec");
+    CHECK(record.ticks.back().path_tick <= 101);
 }
 
 TEST_CASE("a soft start longer than homing may take is no homing that failed", "[run]") {

@@ -63,7 +63,7 @@ TEST_CASE("a Falcon on the USB is booted, homed and felt through, in real time",
     CHECK(summary["clock"] == "real");
     CHECK(summary["n_contact_ticks"] > 0);
     CHECK_THAT(summary["command"].get<std::string>(),
-               Contains("run.clock=real --set device.backend=usb --set device.firmware="));
+               Contains("run.clock=real --set device.backend=usb --set 'device.firmware=\""));
     const record::Record kept = record::read(desk.folder / "result" / "run.palrec");
     CHECK(kept.header["device"] == "novint-falcon on the USB");
 }
