@@ -36,7 +36,7 @@ struct RunOptions {
     std::string scene, clock, out, device, firmware, delta, rig, check = "sample";
     double duration_s = 0.0;
     std::vector<std::string> set;
-    bool json = false, quiet = false;
+    bool has_rig = false, json = false, quiet = false;
 };
 
 std::vector<std::string> overrides_of(const RunOptions& options) {
@@ -276,7 +276,7 @@ int run(const RunOptions& options) {
     Progress progress(options.quiet);
     Operator rig;
 #ifdef PALPATE_HAS_RIG
-    const auto server = options.rig.empty() ? nullptr : std::make_unique<RigOperator>(options.rig, progress);
+    const auto server = options.has_rig ? std::make_unique<RigOperator>(options.rig, progress) : nullptr;
     if (server) rig = server->as_operator();
 #endif
     const Prepared prepared = prepare(scene::build(scene), progress);
@@ -339,7 +339,10 @@ void add_run(CLI::App& palpate, std::function<int()>& chosen) {
     command->add_flag("--json", options->json, "print summary.json on stdout");
     command->add_flag("--quiet", options->quiet, "no progress, no words");
     command->footer("Example:\n  palpate run sim/scenes/bunny.toml --set hand.grip=light --out out/light");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    command->callback([options, command, &chosen] {
+        options->has_rig = command->count("--rig") > 0;
+        chosen = [options] { return run(*options); };
+    });
 }
 
 }  // namespace palpate::app

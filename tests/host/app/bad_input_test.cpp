@@ -248,6 +248,7 @@ TEST_CASE("a rig that is not on this machine is refused", "[bad]") {
     CHECK_THAT(Refused(folder, {"--rig", "192.0.2.1:1502"}).outcome.err,
                Contains("192.0.2.1") && Contains("127.0.0"));
     CHECK_THAT(Refused(folder, {"--rig", "1502"}).outcome.err, Contains("1502"));
+    CHECK_THAT(Refused(folder, {"--rig", ""}).outcome.err, Contains("is not ADDR:PORT"));
 }
 #endif
 
