@@ -1,6 +1,11 @@
+#include <sched.h>
+#include <unistd.h>
+
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -33,6 +38,31 @@ struct LatencyOptions {
     int cpu = -1, priority = -1;
     bool json = false, quiet = false;
 };
+
+/// Why this process cannot run on `cpu` alone; empty when it can.
+std::string refusal_of_cpu(int cpu) {
+    const long n_cpus = sysconf(_SC_NPROCESSORS_CONF);
+    if (cpu >= n_cpus) return "this machine has processors 0 to " + std::to_string(n_cpus - 1);
+    cpu_set_t before, wanted;
+    CPU_ZERO(&wanted);
+    CPU_SET(static_cast<std::size_t>(cpu), &wanted);
+    if (sched_getaffinity(0, sizeof before, &before) != 0) return "";
+    if (sched_setaffinity(0, sizeof wanted, &wanted) != 0)
+        return std::string("not for this process (") + std::strerror(errno) + "); see cpuset and taskset";
+    sched_setaffinity(0, sizeof before, &before);
+    return "";
+}
+
+/// What palpate-loop would refuse, said before anything starts: nothing would be measured.
+void require_loop_options(const LatencyOptions& options) {
+    const bool fifo = options.policy.empty() || options.policy == "fifo";
+    if (options.priority >= 0 && !fifo) throw LiveInputError("--priority belongs to --policy fifo");
+    if (options.cpu < 0) return;
+    const std::string words = options.policy == "deadline"
+                                  ? "the kernel keeps no thread with a deadline on one processor"
+                                  : refusal_of_cpu(options.cpu);
+    if (!words.empty()) throw LiveInputError("--cpu " + std::to_string(options.cpu) + ": " + words);
+}
 
 /// A flat skin whose force at `at_m` is the mark's, the same in every place nearby but for its depth.
 std::unique_ptr<pal_table> marked_table(const pal_tick& record, float depth_m) {
@@ -176,6 +206,7 @@ void write_results(const std::filesystem::path& directory, const latency::Report
 
 int measure_latency(const LatencyOptions& options) {
     catch_interrupts();
+    require_loop_options(options);
     const Scratch scratch;
     require_firmware(live_options(options), scratch);
     std::optional<record::OutputDirectory> out;
@@ -201,6 +232,7 @@ int measure_latency(const LatencyOptions& options) {
     } else {
         std::cout << text;
     }
+    if (!std::cout.flush()) throw std::runtime_error("stdout cannot be written");
     if (failure == "interrupted") return 130;
     if (!failure.empty()) {
         std::cerr << "palpate: " << failure << '\n';

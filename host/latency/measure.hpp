@@ -71,7 +71,7 @@ struct Measured {
     std::uint64_t n_lost_records = 0;       ///< ticks whose record did not reach the host
     std::uint64_t n_bad_records = 0;        ///< not after the record before: left out
     std::uint64_t n_replies = 0;            ///< ticks with a fresh sample
-    double reply_share = 1.0;               ///< of the ticks
+    std::optional<double> reply_share;      ///< of the ticks; nullopt: there are none
     std::optional<double> reply_share_min;  ///< of any REPLY_WINDOW_TICKS in a row; nullopt: too few ticks
 };
 

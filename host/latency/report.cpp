@@ -72,7 +72,8 @@ std::string run_text(const Measured& measured) {
         missed += ", " + std::to_string(measured.n_missed_not_late) + " not explained by a late start";
     }
     out += line("missed periods", missed);
-    std::string replies = share_text(measured.reply_share) + " of the ticks";
+    std::string replies =
+        measured.reply_share ? share_text(*measured.reply_share) + " of the ticks" : "not known: no ticks";
     if (measured.reply_share_min)
         replies += ", " + share_text(*measured.reply_share_min) + " of the worst 100 in a row";
     out += line("replies in time", replies);
@@ -203,7 +204,7 @@ Json json_of(const Report& report) {
                   {"n_bad_records", measured.n_bad_records}}},
                 {"replies",
                  {{"n", measured.n_replies},
-                  {"share", measured.reply_share},
+                  {"share", or_null(measured.reply_share)},
                   {"share_min_of_100", or_null(measured.reply_share_min)}}}};
     for (const QuantityName& name : quantity_names()) {
         out[name.key] = quantity_json(name, measured.*name.member);

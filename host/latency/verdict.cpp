@@ -20,8 +20,8 @@ std::vector<std::string> obstacles(const Measured& measured) {
         out.push_back(std::to_string(measured.n_missed) + " periods went without a tick, up to " +
                       std::to_string(measured.longest_miss) + " in a row");
     }
-    if (measured.reply_share < REPLY_SHARE_MIN) {
-        out.push_back("the device answered in time in " + share_text(measured.reply_share) +
+    if (measured.reply_share && *measured.reply_share < REPLY_SHARE_MIN) {
+        out.push_back("the device answered in time in " + share_text(*measured.reply_share) +
                       " of the ticks; 95 % are needed");
     }
     return out;

@@ -74,6 +74,13 @@ TEST_CASE("the text names machine, rights, disturbances, figures, verdict and re
     for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 140);
 }
 
+TEST_CASE("without a tick nothing is said of replies") {
+    const Report none = report_of({});
+    CHECK(json_of(none)["replies"]["share"].is_null());
+    CHECK_THAT(text_of(none), Contains("replies in time   not known: no ticks") && !Contains("100 %"));
+    CHECK(none.verdict.reasons == std::vector<std::string>{"no ticks"});
+}
+
 TEST_CASE("the text histogram has cyclictest's lines: a count for each us, then the totals") {
     Histogram histogram;
     histogram.add(13999, 37), histogram.add(14000), histogram.add(1999999), histogram.add(2000000, 2);
