@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <vector>
 
 #include "host/record/aside.hpp"
 
@@ -49,6 +50,34 @@ bool is_result(const fs::path& directory) {
         if (fs::exists(directory / name, error)) return true;
     }
     return fs::is_empty(directory, error) && !error;
+}
+
+/// What a run in real time wrote of its last ticks, or kept of another's: needed most when that run is dead.
+bool is_flight_record(const fs::path& file) {
+    const std::string name = file.filename().string();
+    const auto begins = [&name](const char* word) { return name.starts_with(word); };
+    return name.ends_with(".palrec") && (begins("flight-") || begins("orphan-") || begins("earlier-"));
+}
+
+/// Removes all in `directory` but flight records.
+void empty_but_for_flights(const fs::path& directory, std::error_code& error) {
+    for (const auto& stale : fs::directory_iterator(directory, error)) {
+        if (!is_flight_record(stale)) fs::remove_all(stale, error);
+    }
+}
+
+/// flight-1.palrec becomes earlier-flight-1.palrec: out of the way of the next run's own.
+void set_flights_aside(const fs::path& directory, std::error_code& error) {
+    std::vector<fs::path> flights;
+    for (const auto& file : fs::directory_iterator(directory, error)) {
+        if (is_flight_record(file) && !file.path().filename().string().starts_with("earlier-"))
+            flights.push_back(file);
+    }
+    for (const fs::path& file : flights) {
+        std::string name = "earlier-" + file.filename().string();
+        while (fs::exists(directory / name, error)) name.insert(0, "earlier-");
+        fs::rename(file, directory / name, error);
+    }
 }
 
 }  // namespace
@@ -122,7 +151,8 @@ OutputDirectory::OutputDirectory(const fs::path& directory) : final_(directory.l
         close(lock_);
         fail_directory(final_, "another run is writing there");
     }
-    for (const auto& stale : fs::directory_iterator(partial_, error)) fs::remove_all(stale, error);
+    empty_but_for_flights(partial_, error);
+    if (!error) set_flights_aside(partial_, error);
     if (!error && access(partial_.c_str(), W_OK) == 0) return;
     close(lock_);
     fail_directory(final_, error ? error.message() : reason(EACCES));
@@ -130,7 +160,10 @@ OutputDirectory::OutputDirectory(const fs::path& directory) : final_(directory.l
 
 OutputDirectory::~OutputDirectory() {
     std::error_code ignored;
-    if (!committed_) fs::remove_all(partial_, ignored);
+    if (!committed_) {
+        empty_but_for_flights(partial_, ignored);
+        fs::remove(partial_, ignored);  // no more than an empty one
+    }
     close(lock_);
 }
 

@@ -109,8 +109,9 @@ void write_file(const std::filesystem::path& file, std::string_view content);
 /// What `file` holds, without the blanks and line ends behind its last word; empty when it cannot be read.
 [[nodiscard]] std::string text_in(const std::filesystem::path& file);
 /// A directory that is written aside (DIR.partial) and takes its name on commit(); an earlier DIR moves to
-/// DIR.1, DIR.1 to DIR.2 and so on (9 kept). Without commit() nothing remains and the earlier result is
-/// untouched. Throws Error `DIR: cannot be written (reason); choose another with --out`.
+/// DIR.1, DIR.1 to DIR.2 and so on (9 kept). Without commit() the earlier result is untouched and nothing
+/// remains but flight records (flight-*, orphan-*.palrec), which the next one takes in as earlier-*.palrec.
+/// Throws Error `DIR: cannot be written (reason); choose another with --out`.
 class OutputDirectory {
 public:
     explicit OutputDirectory(const std::filesystem::path& directory);

@@ -93,13 +93,25 @@ TEST_CASE("without commit nothing remains and the earlier result is untouched") 
     CHECK(entries(folder) == 1);
 }
 
-TEST_CASE("what a dead run left is replaced") {
+TEST_CASE("what a dead run left is replaced, but for its flight records") {
     const fs::path folder = sample::folder("stale");
-    fs::create_directories(folder / "bunny.partial/more");
-    record::write_file(folder / "bunny.partial/log.txt", "dead");
+    const fs::path partial = folder / "bunny.partial";
+    fs::create_directories(partial / "more");
+    record::write_file(partial / "log.txt", "dead");
+    record::write_file(partial / "run.palrec", "dead");
+    record::write_file(partial / "flight-1.palrec", "first");
+    record::write_file(partial / "orphan-palpate-1-2.palrec", "another's");
+    {
+        const record::OutputDirectory ends_early(folder / "bunny");
+        record::write_file(partial / "flight-1.palrec", "second");
+    }
+    CHECK(entries(partial) == 3);
     run(folder / "bunny", "1");
     CHECK(entries(folder) == 1);
-    CHECK(entries(folder / "bunny") == 1);
+    CHECK(entries(folder / "bunny") == 4);
+    CHECK(sample::text_in(folder / "bunny/earlier-flight-1.palrec") == "first");
+    CHECK(sample::text_in(folder / "bunny/earlier-earlier-flight-1.palrec") == "second");
+    CHECK(sample::text_in(folder / "bunny/earlier-orphan-palpate-1-2.palrec") == "another's");
 }
 
 TEST_CASE("two runs never write into one directory") {
