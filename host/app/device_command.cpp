@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <iostream>
 #include <memory>
 
 #include "host/app/child.hpp"
@@ -9,6 +10,17 @@
 
 namespace palpate::app {
 namespace {
+
+/// palpate-falcon's help knows only its own commands: a line about the one that is not its.
+void say_latency(const std::vector<std::string>& arguments) {
+    const std::string first = arguments.empty() ? "" : arguments.front();
+    const bool help = first == "--help" || first == "-h" || first == "help";
+    if (!help && !first.empty()) return;
+    (help ? std::cout : std::cerr)
+        << "palpate device latency --help: measures how late the loop and its force "
+           "are; all else is palpate-falcon's\n"
+        << std::flush;
+}
 
 /// Becomes palpate-falcon: the same terminal, the same signals, its exit code.
 int become_falcon(const std::vector<std::string>& arguments) {
@@ -36,7 +48,10 @@ void add_device(CLI::App& palpate, std::function<int()>& chosen) {
     command->callback([command, &chosen] {
         if (command->got_subcommand("latency")) return;
         const std::vector<std::string> arguments = command->remaining();
-        chosen = [arguments] { return become_falcon(arguments); };
+        chosen = [arguments] {
+            say_latency(arguments);
+            return become_falcon(arguments);
+        };
     });
 }
 

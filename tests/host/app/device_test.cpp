@@ -25,7 +25,13 @@ TEST_CASE("palpate device passes arguments, output and exit code through", "[dev
     CHECK(device(folder, {"boot", "--firmware", "/nowhere.bin"}).code == 2);
     CHECK(device(folder, {"boot", "--no-reload"}).code == 3);
     CHECK_THAT(device(folder, {"--help"}).out, Contains("palpate-falcon: a Novint Falcon on the USB"));
-    CHECK_THAT(device(folder, {"rate", "--help"}).out, Contains("force-check"));
+    CHECK_THAT(device(folder, {"rate", "--help"}).out,
+               Contains("force-check") && !Contains("palpate device latency"));
+    CHECK_THAT(device(folder, {"--help"}).out, Contains("palpate device latency --help"));
+    const Outcome bare = device(folder, {});
+    CHECK(bare.code == 2);
+    CHECK(bare.out.empty());
+    CHECK_THAT(bare.err, Contains("palpate device latency --help") && Contains("palpate-falcon: "));
     CHECK_THAT(device(folder, {"force-check"}).out, Contains("virtual work"));
 }
 
