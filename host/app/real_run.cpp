@@ -125,6 +125,11 @@ bool finished(const scene::World& world, bool simulated, const std::vector<pal_t
     return duration_s > 0.0 && last.path_tick > std::lround(1e3 * duration_s);
 }
 
+/// Whether forces are still off at the end for a device that was lost.
+bool device_is_lost(const std::vector<pal_tick>& ticks) {
+    return !ticks.empty() && (ticks.back().stop & PAL_FAULT_DEVICE_LOST) != 0;
+}
+
 nlohmann::json restarts_json(const std::vector<TableRestart>& restarts) {
     nlohmann::json all = nlohmann::json::array();
     for (const TableRestart& restart : restarts) {
@@ -223,6 +228,8 @@ private:
         const bool homed = !result_.ticks.empty() && result_.ticks.back().path_tick > 0;
         if (result_.failure.empty() && !result_.interrupted && !homed)
             result_.failure = "the device did not home within 10 s";
+        if (result_.failure.empty() && !live_.simulated() && device_is_lost(result_.ticks))
+            result_.failure = "the device was lost, and forces stayed off to the end; see log.txt";
         if (live_.simulated()) result_.no_tables = why_no_tables(*prepared_, result_);
     }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <memory>
 
 #include "host/app/run.hpp"
 #include "host/record/record.hpp"
@@ -50,6 +51,42 @@ struct Desk {
     Folder folder;
 };
 
+/// A run with the motors under force, until a person or a fault ends it.
+struct Felt {
+    Felt() {
+        simulator = std::make_unique<Program>(
+            PAL_FALCON_SIM_PROGRAM,
+            std::vector<std::string>{"run", "--bus", bus(), "--grip", "firm", "--path",
+                                     (desk.folder / "path").string(), "--watchdog-ms", "60000", "--",
+                                     PAL_PALPATE_PROGRAM, "run", write_sheet(desk.folder.path()), "--out",
+                                     (desk.folder / "result").string(), "--device", "usb", "--firmware",
+                                     (desk.folder / "boot.bin").string()},
+            desk.folder);
+        while (at_rest()) {
+            look_again();
+            INFO(simulator->err());
+            REQUIRE(simulator->running());
+        }
+        palpate = child_of(simulator->pid(), "palpate");
+        REQUIRE(palpate > 0);
+    }
+    [[nodiscard]] std::string bus() const { return (desk.folder / "bus").string(); }
+    [[nodiscard]] Outcome ask(std::vector<std::string> words) const {
+        words.insert(words.end(), {"--bus", bus()});
+        return call(PAL_FALCON_SIM_PROGRAM, words, desk.folder);
+    }
+    [[nodiscard]] bool at_rest() const {
+        const Outcome status = ask({"status"});
+        if (status.code != 0) return true;
+        return nlohmann::json::parse(status.out)["devices"][0]["motor_counts"] == nlohmann::json{0, 0, 0};
+    }
+    [[nodiscard]] nlohmann::json summary() const { return json_of(desk.folder / "result" / "summary.json"); }
+
+    Desk desk;
+    std::unique_ptr<Program> simulator;
+    pid_t palpate = 0;
+};
+
 }  // namespace
 
 TEST_CASE("a Falcon on the USB is booted, homed and felt through, in real time", "[usb]") {
@@ -70,36 +107,32 @@ TEST_CASE("a Falcon on the USB is booted, homed and felt through, in real time",
 
 TEST_CASE("a Falcon on the USB whose loop is killed under force gets zero force, and the run says so",
           "[usb]") {
-    const Desk desk;
-    const std::string bus = (desk.folder / "bus").string();
-    Program simulator(PAL_FALCON_SIM_PROGRAM,
-                      {"run", "--bus", bus, "--grip", "firm", "--path", (desk.folder / "path").string(),
-                       "--watchdog-ms", "60000", "--", PAL_PALPATE_PROGRAM, "run",
-                       write_sheet(desk.folder.path()), "--out", (desk.folder / "result").string(),
-                       "--device", "usb", "--firmware", (desk.folder / "boot.bin").string()},
-                      desk.folder);
-    const auto at_rest = [&] {
-        const Outcome status = call(PAL_FALCON_SIM_PROGRAM, {"status", "--bus", bus}, desk.folder);
-        if (status.code != 0) return true;
-        return nlohmann::json::parse(status.out)["devices"][0]["motor_counts"] == nlohmann::json{0, 0, 0};
-    };
-    while (at_rest()) {
-        look_again();
-        INFO(simulator.err());
-        REQUIRE(simulator.running());
-    }
-    const pid_t palpate = child_of(simulator.pid(), "palpate");
-    REQUIRE(palpate > 0);
-    const pid_t loop = child_of(palpate, "palpate-loop");
+    const Felt felt;
+    const pid_t loop = child_of(felt.palpate, "palpate-loop");
     REQUIRE(loop > 0);
     kill(loop, SIGKILL);
-    while (!at_rest()) look_again();  // long before its own watchdog; or ctest's limit ends this
-    CHECK(simulator.wait() == 3);
-    const nlohmann::json summary = json_of(desk.folder / "result" / "summary.json");
+    while (!felt.at_rest()) look_again();  // long before its own watchdog; or ctest's limit ends this
+    CHECK(felt.simulator->wait() == 3);
+    const nlohmann::json summary = felt.summary();
     INFO(summary["supervision"]);
     CHECK(summary["failure"] == "palpate-loop ended in mid-run (signal 9); see log.txt");
     CHECK(summary["supervision"]["take_over"]["done"] == true);
     CHECK(summary["supervision"]["take_over"]["words"] == "palpate sent zero force in its place");
+}
+
+TEST_CASE("a Falcon on the USB that is lost and stays lost fails the run, also one that a person ends",
+          "[usb]") {
+    const Felt felt;
+    REQUIRE(felt.ask({"fault", "unplug at_s=0 for_s=1000"}).code == 0);
+    while (!std::filesystem::exists(felt.desk.folder / "result.partial" / "flight-1.palrec")) {
+        look_again();
+        REQUIRE(felt.simulator->running());
+    }
+    kill(felt.palpate, SIGINT);
+    CHECK(felt.simulator->wait() == 3);
+    const nlohmann::json summary = felt.summary();
+    CHECK(summary["verdict"] == "fail");
+    CHECK(summary["failure"] == "the device was lost, and forces stayed off to the end; see log.txt");
 }
 
 TEST_CASE("a Falcon that is not there, and one without its image, are said so", "[usb]") {
