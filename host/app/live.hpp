@@ -50,10 +50,9 @@ void require_firmware(const LiveOptions& options, const Scratch& scratch);
 class Live {
 public:
     /// Makes the segment and starts the programs; what they print is appended to `log`. `salvage` sees what
-    /// killed runs left. Throws ChildError, link::Error.
-    Live(
-        LiveOptions options, const Scratch& scratch, std::filesystem::path log,
-        const link::Salvage& salvage = [](const std::string&, const pal_link&) {});
+    /// killed runs left; without one that stays for palpate run. Throws ChildError, link::Error.
+    Live(LiveOptions options, const Scratch& scratch, std::filesystem::path log,
+         const link::Salvage& salvage = nullptr);
     [[nodiscard]] pal_link& link() const { return segment_.link(); }
     [[nodiscard]] const std::string& segment_name() const { return segment_.name(); }
     [[nodiscard]] bool simulated() const { return options_.device == "sim"; }

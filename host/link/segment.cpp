@@ -48,7 +48,7 @@ void remove_orphans(const Salvage& salvage) {
 
 Segment::Segment(const Salvage& salvage)
     : name_(std::string("/").append(owner_prefix()).append(std::to_string(getpid()))) {
-    remove_orphans(salvage);
+    if (salvage) remove_orphans(salvage);
     const auto refuse = [this](const char* doing) {
         const std::string reason = std::strerror(errno);
         shm_unlink(name_.c_str());

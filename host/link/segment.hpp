@@ -19,8 +19,9 @@ using Salvage = std::function<void(const std::string& name, const pal_link& link
 /// prepared by pal_link_init; removed again when this goes.
 class Segment {
 public:
-    /// Segments whose creator no longer lives are removed first, after `salvage` has seen each that is whole.
-    explicit Segment(const Salvage& salvage = [](const std::string&, const pal_link&) {});
+    /// Segments whose creator no longer lives are removed first, after `salvage` has seen each that is whole;
+    /// without one they stay for somebody who keeps what is in them.
+    explicit Segment(const Salvage& salvage = nullptr);
     ~Segment();
     Segment(const Segment&) = delete;
     Segment& operator=(const Segment&) = delete;

@@ -167,17 +167,16 @@ TEST_CASE("what is no regular file is never replaced by one, and says so") {
     const fs::path folder = sample::folder("irregular");
     fs::create_directory(folder / "directory");
     REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
-    fs::create_symlink("/dev/null", folder / "device");
+    fs::create_symlink("pipe", folder / "link");  // a device node is the same, but no test's to lose
     const auto refused = [&](const fs::path& file, const std::string& reason) {
         CHECK_THROWS_WITH(record::write_file(file, "x"),
                           file.string() + ": cannot be written (" + reason + ")");
     };
     refused(folder / "directory", "it is a directory");
     refused(folder / "pipe", "it is no regular file");
-    refused(folder / "device", "it is no regular file");
-    refused("/dev/null", "it is no regular file");
+    refused(folder / "link", "it is no regular file");
     CHECK(fs::is_fifo(folder / "pipe"));
-    CHECK(fs::is_symlink(folder / "device"));
+    CHECK(fs::is_symlink(folder / "link"));
     CHECK(entries(folder) == 3);
 }
 
