@@ -91,7 +91,7 @@ void check_forces(const RunOptions& options, const Prepared& prepared, const Run
                       " %");
     };
     std::optional<report::ForceError> error;
-    std::string why_not = "there was no contact";
+    std::string why_not = result.tables.empty() ? "there was no table" : "there was no contact";
     if (prepared.world->scene.run.clock != "virtual") {
         why_not = "in real time the true place between two ticks is not known";
     } else if (result.interrupted) {

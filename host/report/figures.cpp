@@ -31,6 +31,8 @@ std::optional<double> median(std::vector<double>& values) {
     return *middle;
 }
 
+constexpr const char* NO_CONTACT = "no contact";
+
 struct Range {
     double low = 0.0, high = 0.0;
     bool any = false;
@@ -39,12 +41,10 @@ struct Range {
         high = any ? std::max(high, value) : value;
         any = true;
     }
-    [[nodiscard]] Json json() const {
+    /// `why_none`: said when nothing was added.
+    [[nodiscard]] Json json(const char* why_none) const {
         return any ? Json{{"min", low}, {"max", high}}
-                   : Json{{"min", nullptr},
-                          {"max", nullptr},
-                          {"min_why", "no contact"},
-                          {"max_why", "no contact"}};
+                   : Json{{"min", nullptr}, {"max", nullptr}, {"min_why", why_none}, {"max_why", why_none}};
     }
 };
 
@@ -131,10 +131,10 @@ Json run_figures(const scene::World& world, std::span<const pal_tick> ticks, std
                     {"n_clamped_ticks", n_clamped},
                     {"n_stale_ticks", n_stale},
                     {"n_missed_ticks", ticks.empty() ? 0U : ticks.back().n_missed},
-                    {"force_n", force.json()},
-                    {"depth_m", depth.json()},
-                    {"k_n_per_m", k.json()},
-                    {"table_age_ticks", age.json()},
+                    {"force_n", force.json(NO_CONTACT)},
+                    {"depth_m", depth.json(NO_CONTACT)},
+                    {"k_n_per_m", k.json(n_contact == 0 ? NO_CONTACT : "no table in contact")},
+                    {"table_age_ticks", age.json(NO_CONTACT)},
                     {"depth_over_thickness_max", relative},
                     {"fade_work_j", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().fade_work_j)}};
     if (relative > SMALL_DEFLECTION) {
