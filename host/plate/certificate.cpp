@@ -55,10 +55,7 @@ std::optional<Bracket> certificate(const Sheet& sheet, const Nodes& nodes, const
     try {
         return continuum_bracket(on.problem, pushes(on, load), exact,
                                  {.relative_error = wanted_relative_error}, &why);
-    } catch (const std::invalid_argument& error) {  // a disc out of the series' reach
-        why = error.what();
-        return std::nullopt;
-    } catch (const Guard& error) {  // a load so close to an edge that they have not ended
+    } catch (const std::invalid_argument& error) {  // out of the series' reach
         why = error.what();
         return std::nullopt;
     }

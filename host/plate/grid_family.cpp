@@ -1,9 +1,7 @@
 #include "host/plate/grid_family.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -26,12 +24,6 @@ std::vector<Nodes> with_coarser(const Nodes& nodes) {
     std::vector<Nodes> grids{nodes};
     while (grids.size() < 3 && halves(grids.back())) grids.push_back(half(grids.back()));
     return grids;
-}
-
-std::string number_text(double value) {
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
-    return buffer.data();
 }
 
 }  // namespace
@@ -62,13 +54,6 @@ bool GridFamily::has(const Nodes& nodes) const {
 }
 
 Compliance GridFamily::on(const Nodes& nodes, Method method) const {
-    if (!has(nodes)) {
-        const Eigen::Vector2d& at_m = loads_.front().at_m;
-        throw std::invalid_argument(
-            "the load is " + number_text(std::min(at_m.minCoeff(), (sheet_.size_m - at_m).minCoeff())) +
-            " m from an edge, too close to be a node of a grid of " + std::to_string(nodes.nx) + " x " +
-            std::to_string(nodes.nz) + " nodes; it needs more nodes");
-    }
     const std::vector<Nodes> grids = with_coarser(nodes);
     std::vector<Level> levels;
     for (std::size_t k = 0; k < grids.size(); ++k) {
@@ -80,7 +65,14 @@ Compliance GridFamily::on(const Nodes& nodes, Method method) const {
 
 GridFamily::Level GridFamily::level(const Nodes& nodes, Method method, int halvings) const {
     const OnGrid grid(sheet_, nodes, loads_, halvings);
-    require_problem(grid.problem);
+    // The sheet itself is right, on even lines.
+    if (problem_with(grid.problem)) {
+        const Eigen::Vector2d& at_m = loads_.front().at_m;
+        throw std::invalid_argument(
+            "the load is " + number_text(std::min(at_m.minCoeff(), (sheet_.size_m - at_m).minCoeff()), 3) +
+            " m from an edge, too close to be a node of a grid of " + std::to_string(nodes.nx) + " x " +
+            std::to_string(nodes.nz) + " nodes; it needs more nodes");
+    }
     Options options = accuracy_.options;
     // |w'r| <= max(w) |r|_1, and w is largest at the load: a tenth of the tolerance is left to the iteration.
     if (options.stop == StopRule::residual)

@@ -17,12 +17,6 @@ constexpr double MOST = std::numeric_limits<double>::max();
 
 using Words = std::optional<std::string>;
 
-std::string text(double value) {
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%g", value);
-    return buffer.data();
-}
-
 std::string grid_text(Index nx, Index nz) {
     return std::to_string(nx) + " x " + std::to_string(nz);
 }
@@ -45,7 +39,7 @@ Words bad_node(const ArrayXXd& field, const Mask& solid, const std::string& name
         for (Index iz = 0; iz < field.cols(); ++iz) {
             if (solid.size() != 0 && !solid(ix, iz)) continue;
             if (field(ix, iz) >= range.least && field(ix, iz) <= range.most) continue;
-            return name + " " + text(field(ix, iz)) + " at " + node_text(ix, iz) + "; " + range.wanted;
+            return name + " " + number_text(field(ix, iz)) + " at " + node_text(ix, iz) + "; " + range.wanted;
         }
     }
     return std::nullopt;
@@ -54,7 +48,7 @@ Words bad_node(const ArrayXXd& field, const Mask& solid, const std::string& name
 Words bad_sizes(const Problem& p) {
     const auto is_length = [](double m) { return m >= 1e-15 && m <= 1e15; };
     if (!is_length(p.size_m.x()) || !is_length(p.size_m.y())) {
-        return "plate sides " + text(p.size_m.x()) + " x " + text(p.size_m.y()) +
+        return "plate sides " + number_text(p.size_m.x()) + " x " + number_text(p.size_m.y()) +
                " m; each must be a positive length";
     }
     if (p.rigidity_n_m.rows() < 5 || p.rigidity_n_m.cols() < 5) {
@@ -88,7 +82,8 @@ Words bad_lines(const Eigen::ArrayXd& lines_m, Index n, double length_m, const s
         if (i == 1) continue;
         const double ratio = h / (lines_m(i - 1) - lines_m(i - 2));
         if (!(ratio <= LINE_RATIO_MAX && ratio >= 1.0 / LINE_RATIO_MAX))
-            return name + ": neighbouring spacings differ by more than a factor of " + text(LINE_RATIO_MAX);
+            return name + ": neighbouring spacings differ by more than a factor of " +
+                   number_text(LINE_RATIO_MAX);
     }
     return std::nullopt;
 }
@@ -103,7 +98,7 @@ Words bad_fields(const Problem& p) {
     }
     if (auto words = bad_node(p.poisson_at_nodes, {}, "Poisson's ratio", ratio)) return words;
     if (!(p.poisson > -1.0 && p.poisson < 0.5))
-        return "Poisson's ratio " + text(p.poisson) + "; " + ratio.wanted;
+        return "Poisson's ratio " + number_text(p.poisson) + "; " + ratio.wanted;
     if (auto words = bad_node(p.harmonic_x_n_m, p.solid, "harmonic mean across x", positive)) return words;
     if (auto words = bad_node(p.harmonic_z_n_m, p.solid, "harmonic mean across z", positive)) return words;
     return std::nullopt;
@@ -152,6 +147,12 @@ std::optional<std::string> problem_with(const Problem& problem) {
 const Problem& require_problem(const Problem& problem) {
     if (const auto words = problem_with(problem)) throw std::invalid_argument(*words);
     return problem;
+}
+
+std::string number_text(double value, int digits) {
+    std::array<char, 32> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
+    return buffer.data();
 }
 
 std::string node_text(Index ix, Index iz) {

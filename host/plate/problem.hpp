@@ -38,6 +38,8 @@ struct Node {
 [[nodiscard]] std::optional<std::string> problem_with(const Problem& problem);
 /// `problem`. Throws std::invalid_argument with problem_with(problem).
 const Problem& require_problem(const Problem& problem);
+/// A number in words for a person.
+[[nodiscard]] std::string number_text(double value, int digits = 6);
 /// How words for a person name a node.
 [[nodiscard]] std::string node_text(Eigen::Index ix, Eigen::Index iz);
 

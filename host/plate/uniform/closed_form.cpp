@@ -303,7 +303,7 @@ UniformSolution::UniformSolution(const UniformPlate& whole, const UniformLoad& l
     moments_ =
         Eigen::Map<const Eigen::VectorXd>(moments.moments.data(), static_cast<Index>(moments.moments.size()));
     const double left = held - moments.relief;
-    if (!(left > 0.0)) throw Guard("closed form: the series' error leaves no digit so close to an edge");
+    require(left > 0.0, "the load lies so close to an edge that the series leave no digit");
     const double blurred =
         GREEN_REAL_ERROR * std::fabs((load_.spread * load_.spread).imag()) / plate_.epsilon;
     compliance_ = {left * scale_m_per_n_, (error + SUM_ROUNDING + blurred) / left};

@@ -39,7 +39,7 @@ struct ClosedForm {
 class UniformSolution {
 public:
     /// Throws std::invalid_argument for a free edge, a size, rigidity or foundation out of range, a load not
-    /// inside; Guard when the series' error leaves no digit.
+    /// inside or so close to an edge that the series leave no digit.
     UniformSolution(const UniformPlate& plate, const UniformLoad& load);
     /// Deflection at the load (over a disc: its mean), and its error estimated from two truncations.
     [[nodiscard]] ClosedForm compliance() const;
